@@ -1,0 +1,14 @@
+/* hetab: tables of the He-Torrance reflectance model. Includes the whole public interface. */
+#ifndef HETAB_H
+#define HETAB_H
+#include <hetab/status.h>
+#include <hetab/index.h>
+#include <hetab/surface.h>
+#include <hetab/grid.h>
+#include <hetab/engine.h>
+#include <hetab/evaluate.h>
+#include <hetab/merl.h>
+#include <hetab/tabulate.h>
+#include <hetab/table.h>
+#include <hetab/bench.h>
+#endif

@@ -1,0 +1,50 @@
+/* MERL tables (.binary): 90 x 90 x 180 cells of (theta_h, theta_d, phi_d), three channels.
+ *
+ * File: int32 dims[3] = {90, 90, 180}, then three planes of doubles, red first, each
+ * [theta_h][theta_d][phi_d], phi_d fastest, little-endian. Stored = value / scale with scale
+ * 1/1500, 1.15/1500, 1.66/1500. theta_h = (i/90)^2 90 deg, theta_d = j deg, phi_d = k deg at the
+ * cells' lower corners. Cells below the horizon hold -1 in all three channels, and no others. */
+#ifndef HETAB_MERL_H
+#define HETAB_MERL_H
+
+#include <stddef.h>
+#include <hetab/status.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum {
+  HETAB_MERL_THETA_H = 90,
+  HETAB_MERL_THETA_D = 90,
+  HETAB_MERL_PHI_D = 180,
+  HETAB_MERL_CELLS = HETAB_MERL_THETA_H * HETAB_MERL_THETA_D * HETAB_MERL_PHI_D
+};
+
+typedef struct hetab_merl hetab_merl;
+
+/* All cells -1 (below the horizon). */
+hetab_status hetab_merl_create(hetab_context *ctx, hetab_merl **out);
+void hetab_merl_free(hetab_merl *merl);
+
+/* BRDF in 1/sr, unscaled: [HETAB_MERL_CELLS] of channel 0 (red), 1, 2; -1 below the horizon. */
+double *hetab_merl_channel(hetab_merl *merl, int channel);
+const double *hetab_merl_channel_const(const hetab_merl *merl, int channel);
+
+/* Write whole or not at all. HETAB_ERR_EXISTS if path exists and overwrite == 0. */
+hetab_status hetab_merl_save(hetab_context *ctx, const hetab_merl *merl, const char *path,
+                             int overwrite);
+/* Any MERL file; HETAB_ERR_PARSE for wrong dimensions or a wrong length, naming both. */
+hetab_status hetab_merl_load(hetab_context *ctx, const char *path, hetab_merl **out);
+
+/* The cell that the reference reader uses: truncating square-root theta_h, truncating theta_d and
+ * phi_d, phi_d folded by reciprocity. Angles in radians; phi as everywhere: viewer minus light. */
+size_t hetab_merl_cell(double theta_i, double theta_r, double phi);
+/* The reference reader's BRDF, 1/sr; negative if the cell is below the horizon. */
+void hetab_merl_lookup(const hetab_merl *merl, double theta_i, double theta_r, double phi,
+                       double rgb[3]);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,69 @@
+/* HDF5 tables (.h5): written slab by slab, whole or not at all; and read back.
+ *
+ *   /brdf                  float32 or float64 [wavelength][theta_i][theta_r][phi], 1/sr, dd + ud,
+ *                          no cosine, the specular delta not in it
+ *   /specular_reflectance  float64 [wavelength][theta_i]: rho_s, the weight of the delta
+ *   /uniform_diffuse       float64 [wavelength], 1/sr
+ *   /n, /k                 float64 [wavelength]
+ *   /wavelength (nm), /theta_i, /theta_r, /phi (deg)   float64 dimension scales, attribute `units`
+ *   attributes of /: name, sigma0_um, tau_um, index_source, hetab_version, method, precision,
+ *                    device, tolerance, error_max_rel, error_p99_rel, error_rms_rel,
+ *                    error_max_abs_below_floor, error_samples
+ */
+#ifndef HETAB_TABLE_H
+#define HETAB_TABLE_H
+
+#include <hetab/grid.h>
+#include <hetab/surface.h>
+#include <hetab/tabulate.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct hetab_h5_options {
+  hetab_precision element; /* of /brdf in the file */
+  hetab_precision slabs;   /* of the slabs that will be written: the engine's precision */
+  int compression;         /* 0 none, 1-9 shuffle + deflate level */
+  int overwrite;           /* 0: an existing file is HETAB_ERR_EXISTS */
+} hetab_h5_options;
+
+typedef struct hetab_h5_writer hetab_h5_writer;
+
+/* Nothing appears under path before hetab_h5_commit: a kill at any moment leaves the old file, or
+ * none, and no litter (where the file system has O_TMPFILE). */
+hetab_status hetab_h5_create(hetab_context *ctx, const char *path, const hetab_surface *surface,
+                             const hetab_grid *grid, const hetab_h5_options *options,
+                             hetab_h5_writer **out);
+/* A hetab_slab_fn; user is the writer. */
+hetab_status hetab_h5_write_slab(hetab_context *ctx, void *writer, const hetab_slab *slab);
+/* Stores method, precision, device and the measured error as attributes. */
+hetab_status hetab_h5_write_report(hetab_context *ctx, hetab_h5_writer *writer,
+                                   const hetab_engine *engine, const hetab_report *report);
+/* fsync and publish under the path; frees the writer, whatever the outcome. */
+hetab_status hetab_h5_commit(hetab_context *ctx, hetab_h5_writer *writer);
+/* Drop everything written; NULL is fine. */
+void hetab_h5_abort(hetab_h5_writer *writer);
+
+/* A table open for reading. Nothing but metadata is held in memory. */
+typedef struct hetab_h5_table hetab_h5_table;
+
+/* HETAB_ERR_PARSE, naming the file and what is missing, if it is not such a table. */
+hetab_status hetab_h5_open(hetab_context *ctx, const char *path, hetab_h5_table **out);
+void hetab_h5_close(hetab_h5_table *table);
+size_t hetab_h5_wavelength_count(const hetab_h5_table *table);
+const double *hetab_h5_wavelengths_um(const hetab_h5_table *table);
+const hetab_grid *hetab_h5_grid(const hetab_h5_table *table);
+/* values[theta_i][theta_r][phi] of one wavelength, converted to double. */
+hetab_status hetab_h5_read(hetab_context *ctx, hetab_h5_table *table, size_t wavelength,
+                           double *values);
+/* rho_s[wavelength][theta_i]. */
+hetab_status hetab_h5_read_specular(hetab_context *ctx, hetab_h5_table *table, double *values);
+/* The root attributes: a number (HETAB_ERR_PARSE if absent or not a number). */
+hetab_status hetab_h5_number(hetab_context *ctx, hetab_h5_table *table, const char *name,
+                             double *value);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,88 @@
+/* Tabulation: a surface over a whole grid, delivered slab by slab, or as a MERL table. */
+#ifndef HETAB_TABULATE_H
+#define HETAB_TABULATE_H
+
+#include <stddef.h>
+#include <hetab/engine.h>
+#include <hetab/grid.h>
+#include <hetab/merl.h>
+#include <hetab/surface.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* A part of a dense table: some theta_i rows of one wavelength. values[theta_i][theta_r][phi],
+ * phi fastest; float or double as the engine's precision. dd + ud in 1/sr, no cosine. */
+typedef struct hetab_slab {
+  size_t wavelength;
+  size_t theta_i_first, theta_i_count;
+  const void *values;
+} hetab_slab;
+
+/* Receives slabs from the calling thread, in any order, each once. Not HETAB_OK stops the job. */
+typedef hetab_status (*hetab_slab_fn)(hetab_context *ctx, void *user, const hetab_slab *slab);
+
+/* Relative error over sampled entries with reference >= 1e-9 / sr; absolute error below. */
+typedef struct hetab_error_stats {
+  size_t samples;                   /* entries compared in all */
+  size_t compared;                  /* of them with reference >= 1e-9 / sr */
+  double max_rel, p99_rel, rms_rel; /* over `compared` */
+  double max_abs_below;             /* over the others, 1/sr */
+  size_t bad;                       /* NaN, infinite or negative entries (none, ever) */
+} hetab_error_stats;
+
+typedef struct hetab_report {
+  double entries;        /* spectral entries evaluated */
+  double kernel_seconds; /* time in kernels, summed over slabs, as wall time per device */
+  double wall_seconds;   /* whole call, the sink included */
+  hetab_error_stats error; /* against the literal reference, on a random sample */
+  size_t clamped;        /* MERL: cells with a negative linear sRGB value, set to 0 */
+} hetab_report;
+
+typedef struct hetab_tabulate_options {
+  size_t samples; /* entries compared with the literal reference in all; 0: none */
+  unsigned seed;  /* of the sample */
+} hetab_tabulate_options;
+
+/* Every entry of surface x grid. Memory: a few slabs of at most 32 MiB, whatever the table's size.
+ * Entries below 1e-15 / sr may be 0. options may be NULL (2000 samples), report may be NULL. */
+hetab_status hetab_tabulate(hetab_context *ctx, hetab_engine *engine, const hetab_surface *surface,
+                            const hetab_grid *grid, const hetab_tabulate_options *options,
+                            hetab_slab_fn sink, void *user, hetab_report *report);
+
+typedef enum hetab_merl_sampling {
+  HETAB_MERL_CENTRE, /* cell centres: the best for readers, which truncate */
+  HETAB_MERL_EDGE,   /* the cells' lower corners */
+  HETAB_MERL_MEAN    /* mean of the valid ones of 3 x 3 x 3 sub-samples */
+} hetab_merl_sampling;
+
+typedef enum hetab_merl_colour {
+  HETAB_MERL_SRGB, /* linear sRGB: D65-weighted CIE 1931 integration of the surface's wavelengths */
+  HETAB_MERL_MONO, /* one band, the same in all three channels */
+  HETAB_MERL_BANDS /* one band a channel */
+} hetab_merl_colour;
+
+typedef struct hetab_merl_options {
+  hetab_merl_sampling sampling;
+  hetab_merl_colour colour;
+  double band_um[3];        /* MONO: the first; BANDS: R, G, B */
+  double specular_cone_deg; /* > 0: fold the specular delta in as a lobe that wide (theta_h) */
+  size_t samples;           /* cells compared with the literal reference; 0: none */
+  unsigned seed;
+} hetab_merl_options;
+
+/* A MERL table of the surface. sRGB needs wavelengths that cover 400-700 nm at 10 nm or finer
+ * (HETAB_ERR_RANGE). Out-of-gamut negatives become 0 and are counted. */
+hetab_status hetab_tabulate_merl(hetab_context *ctx, hetab_engine *engine,
+                                 const hetab_surface *surface, const hetab_merl_options *options,
+                                 hetab_merl **out, hetab_report *report);
+
+/* rho_s(theta_i, lambda), Eq. 10: out[band_count][count], theta_i_deg[count], double, on the host. */
+hetab_status hetab_specular_reflectance(hetab_context *ctx, const hetab_surface *surface,
+                                        const double *theta_i_deg, size_t count, double *out);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,69 @@
+#include "core/context.h"
+
+#include <stdarg.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+hetab_status hetab_context_create(hetab_context **out) {
+  *out = calloc(1, sizeof **out);
+  return *out ? HETAB_OK : HETAB_ERR_MEMORY;
+}
+
+void hetab_context_free(hetab_context *ctx) {
+  free(ctx);
+}
+
+const char *hetab_error_message(const hetab_context *ctx) {
+  return ctx->message;
+}
+
+const char *hetab_status_name(hetab_status status) {
+  static const char *const names[] = {
+      [HETAB_OK] = "ok",
+      [HETAB_ERR_ARGUMENT] = "invalid argument",
+      [HETAB_ERR_RANGE] = "out of range",
+      [HETAB_ERR_PARSE] = "malformed input",
+      [HETAB_ERR_IO] = "input or output failed",
+      [HETAB_ERR_EXISTS] = "output exists",
+      [HETAB_ERR_MEMORY] = "out of memory",
+      [HETAB_ERR_DEVICE] = "OpenCL device failure",
+      [HETAB_ERR_UNSUPPORTED] = "not supported",
+      [HETAB_ERR_CANCELLED] = "cancelled",
+  };
+  size_t count = sizeof names / sizeof *names;
+  return (size_t)status < count ? names[status] : "unknown status";
+}
+
+const char *hetab_version(void) {
+  return HETAB_VERSION;
+}
+
+void hetab_set_progress(hetab_context *ctx, hetab_progress_fn fn, void *user) {
+  ctx->progress = fn;
+  ctx->progress_user = user;
+}
+
+hetab_status hetab_fail(hetab_context *ctx, hetab_status status, const char *format, ...) {
+  va_list args;
+  va_start(args, format);
+  vsnprintf(ctx->message, sizeof ctx->message, format, args);
+  va_end(args);
+  for (char *c = ctx->message; *c; c++)
+    if ((unsigned char)*c < ' ' || *c == 0x7f)
+      *c = '?';
+  return status;
+}
+
+hetab_status hetab_progress(hetab_context *ctx, double done, double total) {
+  if (ctx->progress && ctx->progress(ctx->progress_user, done, total))
+    return hetab_fail(ctx, HETAB_ERR_CANCELLED, "stopped on request");
+  return HETAB_OK;
+}
+
+void *hetab_alloc(hetab_context *ctx, size_t count, size_t size) {
+  void *memory = size && count > SIZE_MAX / size ? NULL : calloc(count ? count : 1, size);
+  if (!memory)
+    hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for %zu elements of %zu bytes", count, size);
+  return memory;
+}

@@ -1,0 +1,41 @@
+/* The context behind the public handle: the error message and the progress callback. */
+#ifndef HETAB_CORE_CONTEXT_H
+#define HETAB_CORE_CONTEXT_H
+
+#include <stddef.h>
+#include <hetab/status.h>
+
+struct hetab_context {
+  char message[1024];
+  hetab_progress_fn progress;
+  void *progress_user;
+};
+
+/* Record the message and return `status`, so that callers write `return hetab_fail(...)`. Control
+ * characters in the formatted text (from hostile file names, say) become '?': one line, always. */
+hetab_status hetab_fail(hetab_context *ctx, hetab_status status, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+/* Calls the progress callback, if any; HETAB_ERR_CANCELLED if it asks to stop. */
+hetab_status hetab_progress(hetab_context *ctx, double done, double total);
+
+/* Zeroed memory for count elements; NULL with HETAB_ERR_MEMORY recorded on failure or overflow. */
+void *hetab_alloc(hetab_context *ctx, size_t count, size_t size);
+
+/* The first failure ends the function. */
+#define HETAB_TRY(expression)                                                                      \
+  do {                                                                                             \
+    hetab_status try_status_ = (expression);                                                       \
+    if (try_status_ != HETAB_OK)                                                                   \
+      return try_status_;                                                                          \
+  } while (0)
+
+/* The same where something has to be released: jumps to `done` with `status` set. */
+#define HETAB_GOTO(expression)                                                                     \
+  do {                                                                                             \
+    status = (expression);                                                                         \
+    if (status != HETAB_OK)                                                                        \
+      goto done;                                                                                   \
+  } while (0)
+
+#endif
