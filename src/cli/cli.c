@@ -1,0 +1,103 @@
+#include "cli.h"
+
+#include <errno.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "progress.h"
+
+static volatile sig_atomic_t pending_signal;
+
+static void note_signal(int signal) {
+  pending_signal = signal;
+}
+
+void cli_catch_signals(void) {
+  static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
+  for (size_t i = 0; i < sizeof signals / sizeof *signals; i++) {
+    struct sigaction action = {0}, old;
+    sigaction(signals[i], NULL, &old);
+    if (old.sa_handler == SIG_IGN) /* nohup, or a shell's background job: keep it so */
+      continue;
+    action.sa_handler = note_signal;
+    action.sa_flags = (int)SA_RESETHAND; /* and no SA_RESTART: a blocked read must return */
+    sigaction(signals[i], &action, NULL);
+  }
+}
+
+int cli_signal(void) {
+  return pending_signal;
+}
+
+/* One line on standard error, in one write. What fails because of an earlier failure stays silent:
+ * there is never a second line. */
+static void print_line(const char *format, va_list args, const char *tail) {
+  static int printed;
+  if (printed++)
+    return;
+  char line[2048] = "hetab: ";
+  size_t head = strlen(line);
+  vsnprintf(line + head, sizeof line - head - 1, format, args);
+  strncat(line, tail, sizeof line - strlen(line) - 2);
+  for (char *c = line; *c; c++)
+    if ((unsigned char)*c < ' ' || *c == 0x7f)
+      *c = '?';
+  strcat(line, "\n");
+  cli_progress_end();
+  fputs(line, stderr);
+}
+
+static void print_simple(const char *format, ...) {
+  va_list args;
+  va_start(args, format);
+  print_line(format, args, "");
+  va_end(args);
+}
+
+static int fail_signal(void) {
+  print_simple("stopped by SIG%s", sigabbrev_np(pending_signal));
+  return 128 + pending_signal;
+}
+
+int cli_fail(const char *format, ...) {
+  if (pending_signal)
+    return fail_signal();
+  va_list args;
+  va_start(args, format);
+  print_line(format, args, "");
+  va_end(args);
+  return CLI_FAILURE;
+}
+
+int cli_fail_context(const hetab_context *ctx) {
+  return cli_fail("%s", hetab_error_message(ctx));
+}
+
+int cli_usage(const cli_command *self, const char *format, ...) {
+  char tail[64];
+  snprintf(tail, sizeof tail, ". Try 'hetab%s%s --help'.", self ? " " : "", self ? self->name : "");
+  va_list args;
+  va_start(args, format);
+  print_line(format, args, tail);
+  va_end(args);
+  return CLI_USAGE;
+}
+
+hetab_context *cli_context(void) {
+  hetab_context *ctx;
+  if (hetab_context_create(&ctx) != HETAB_OK)
+    cli_fail("out of memory");
+  return ctx;
+}
+
+int cli_finish_output(int status) {
+  errno = 0;
+  int failed = fflush(stdout) | ferror(stdout);
+  if (!failed || status != CLI_OK)
+    return status;
+  if (errno == EPIPE) /* with SIGPIPE ignored: the reader went away, which needs no words */
+    return CLI_FAILURE;
+  return cli_fail("standard output: %s", errno ? strerror(errno) : "write error");
+}

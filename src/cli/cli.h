@@ -1,0 +1,40 @@
+/* What every command of the program shares: commands, exit statuses, failures and signals. */
+#ifndef HETAB_CLI_H
+#define HETAB_CLI_H
+
+#include <hetab/hetab.h>
+
+enum { CLI_OK = 0, CLI_FAILURE = 1, CLI_USAGE = 2 };
+
+typedef struct cli_command {
+  const char *name;
+  const char *arguments;   /* as in the usage line */
+  const char *summary;     /* one line of `hetab --help` */
+  const char *description; /* paragraphs of `hetab COMMAND --help` */
+  int (*run)(const struct cli_command *self, int argc, char **argv);
+} cli_command;
+
+extern const cli_command cli_tabulate, cli_eval, cli_devices, cli_surfaces, cli_bench;
+
+/* Print the one line that a failure is, "hetab: MESSAGE", control characters made harmless, and
+ * return the exit status. A pending signal wins: the line names it, the status is 128 + signal. */
+int cli_fail(const char *format, ...) __attribute__((format(printf, 1, 2)));
+/* The same for what the context's last failure says. */
+int cli_fail_context(const hetab_context *ctx);
+/* A mistake on the command line: the line ends in "Try 'hetab COMMAND --help'."; self may be NULL.
+ */
+int cli_usage(const cli_command *self, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+
+/* SIGINT, SIGTERM and SIGHUP raise a flag; the second one of a kind ends the program at once. */
+void cli_catch_signals(void);
+/* The signal that asked to stop; 0: none. */
+int cli_signal(void);
+
+/* A context; NULL after printing why not. */
+hetab_context *cli_context(void);
+
+/* Standard output is complete; if it is not (a full disk, say), the failure is printed. */
+int cli_finish_output(int status);
+
+#endif

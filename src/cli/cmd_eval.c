@@ -1,0 +1,353 @@
+/* hetab eval: the model at the points of a CSV stream. */
+#include <errno.h>
+#include <math.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli.h"
+#include "csv.h"
+#include "options.h"
+
+enum { BATCH = 65536, MAX_FIELDS = 256, ABSENT = MAX_FIELDS };
+
+/* ---- columns ------------------------------------------------------------------------------- */
+
+enum { LAMBDA, THETA_I, THETA_R, PHI, SIGMA0, TAU, INDEX_N, INDEX_K, DIFFUSE, COLUMNS };
+enum { ANGLES_END = SIGMA0 }; /* the columns before it have to be there */
+
+typedef struct column {
+  const char *name;
+  size_t offset;   /* in hetab_point */
+  double min, max; /* allowed values */
+  int min_open;    /* min itself is not allowed */
+  double unit;     /* to the library's unit: value * unit / 180 for angles, else value */
+} column;
+
+#define POSITIVE .min = 0, .max = HUGE_VAL, .min_open = 1
+#define NOT_NEGATIVE .min = 0, .max = HUGE_VAL
+
+static const column columns[COLUMNS] = {
+    [LAMBDA] = {"lambda_um", offsetof(hetab_point, lambda_um), POSITIVE},
+    [THETA_I] = {"theta_i_deg", offsetof(hetab_point, theta_i), .max = 90, .unit = M_PI},
+    [THETA_R] = {"theta_r_deg", offsetof(hetab_point, theta_r), .max = 90, .unit = M_PI},
+    [PHI] = {"phi_deg", offsetof(hetab_point, phi), -HUGE_VAL, HUGE_VAL, .unit = M_PI},
+    [SIGMA0] = {"sigma0_um", offsetof(hetab_point, sigma0_um), POSITIVE},
+    [TAU] = {"tau_um", offsetof(hetab_point, tau_um), POSITIVE},
+    [INDEX_N] = {"n", offsetof(hetab_point, n), POSITIVE},
+    [INDEX_K] = {"k", offsetof(hetab_point, k), NOT_NEGATIVE},
+    [DIFFUSE] = {"diffuse_brdf", offsetof(hetab_point, diffuse_brdf), NOT_NEGATIVE},
+};
+
+static const char output_header[] = "dd,sp_reflectance,ud,total,g,x";
+static const char *const output_names[] = {"dd", "sp_reflectance", "ud", "total", "g", "x"};
+
+/* ---- the stream ---------------------------------------------------------------------------- */
+
+typedef struct evaluation {
+  hetab_context *ctx;
+  hetab_surface *surface; /* NULL: every row brings its own */
+  hetab_engine *engine;   /* NULL: the literal reference */
+  int digits;             /* of the values written */
+  int extrapolate;
+  csv_reader reader;
+  size_t fields;            /* in every row */
+  size_t position[COLUMNS]; /* the field that holds a column, or ABSENT */
+  hetab_band band;          /* the surface at the wavelength last asked for */
+  hetab_point points[BATCH];
+  hetab_value values[BATCH];
+  char *text; /* the batch's input lines, each ending in NUL */
+  size_t text_length, text_capacity;
+} evaluation;
+
+static int fail_read(const evaluation *e, csv_status status) {
+  static const char *const problems[] = {[CSV_LONG] = "the line is longer than 65535 bytes",
+                                         [CSV_BINARY] = "the line holds a NUL byte: not CSV text"};
+  if (status == CSV_FAILED)
+    return cli_fail("stdin: %s", strerror(errno));
+  return cli_fail("stdin:%zu: %s", e->reader.line, problems[status]);
+}
+
+static int fail_quote(const evaluation *e) {
+  return cli_fail("stdin:%zu: a double quote is not closed", e->reader.line);
+}
+
+/* ---- the header ---------------------------------------------------------------------------- */
+
+static int place_field(evaluation *e, const char *name, size_t field) {
+  for (size_t i = 0; i < sizeof output_names / sizeof *output_names; i++)
+    if (strcmp(name, output_names[i]) == 0)
+      return cli_fail("stdin:1: column '%s' is one that this command appends: rename it", name);
+  for (int c = 0; c < COLUMNS; c++) {
+    if (strcmp(name, columns[c].name) != 0)
+      continue;
+    if (e->position[c] != ABSENT)
+      return cli_fail("stdin:1: column '%s' is there twice", name);
+    e->position[c] = field;
+  }
+  return -1;
+}
+
+static int check_columns(const evaluation *e) {
+  for (int c = 0; c < DIFFUSE; c++) {
+    int needed = c < ANGLES_END || !e->surface;
+    if (needed && e->position[c] == ABSENT)
+      return cli_fail("stdin:1: no column '%s'%s", columns[c].name,
+                      c < ANGLES_END ? "" : ", and no SURFACE given to take it from");
+  }
+  if ((e->position[INDEX_N] == ABSENT) != (e->position[INDEX_K] == ABSENT))
+    return cli_fail("stdin:1: columns 'n' and 'k' belong together: give both or none");
+  return -1;
+}
+
+static int read_header(evaluation *e) {
+  char *names[MAX_FIELDS], *copy;
+  csv_status read = csv_read(&e->reader);
+  if (read == CSV_END)
+    return cli_fail("stdin: no input: a CSV header line was expected");
+  if (read != CSV_OK)
+    return fail_read(e, read);
+  if (!(copy = strdup(e->reader.text)))
+    return cli_fail("out of memory");
+  int status = -1;
+  e->fields = csv_split(copy, names, MAX_FIELDS);
+  if (e->fields == 0)
+    status = fail_quote(e);
+  else if (e->fields > MAX_FIELDS)
+    status = cli_fail("stdin:1: %zu columns are more than %d", e->fields, MAX_FIELDS);
+  for (int c = 0; c < COLUMNS; c++)
+    e->position[c] = ABSENT;
+  for (size_t i = 0; i < e->fields && status < 0; i++)
+    status = place_field(e, names[i], i);
+  free(copy);
+  if (status < 0)
+    status = check_columns(e);
+  if (status < 0)
+    printf("%s,%s\n", e->reader.text, output_header);
+  return status;
+}
+
+/* ---- rows ---------------------------------------------------------------------------------- */
+
+static int parse_field(const evaluation *e, const column *c, const char *text, double *value) {
+  double number;
+  if (!cli_number(text, &number))
+    return cli_fail("stdin:%zu: %s: '%s' is not a number", e->reader.line, c->name, text);
+  if (number < c->min || number > c->max || (c->min_open && number == c->min)) {
+    if (c->max < HUGE_VAL)
+      return cli_fail("stdin:%zu: %s: %s is not in %g to %g", e->reader.line, c->name, text, c->min,
+                      c->max);
+    return cli_fail("stdin:%zu: %s: %s is not %s", e->reader.line, c->name, text,
+                    c->min_open ? "positive" : "zero or more");
+  }
+  *value = c->unit > 0 ? number * c->unit / 180 : number;
+  return -1;
+}
+
+/* Linear between the surface's wavelengths, the end values beyond them. */
+static double diffuse_at(const hetab_surface *surface, double lambda_um) {
+  const hetab_band *bands = hetab_surface_bands(surface);
+  size_t last = hetab_surface_band_count(surface) - 1, i = 0;
+  if (lambda_um <= bands[0].lambda_um)
+    return bands[0].diffuse_brdf;
+  if (lambda_um >= bands[last].lambda_um)
+    return bands[last].diffuse_brdf;
+  while (bands[i + 1].lambda_um < lambda_um)
+    i++;
+  double t = (lambda_um - bands[i].lambda_um) / (bands[i + 1].lambda_um - bands[i].lambda_um);
+  return (1 - t) * bands[i].diffuse_brdf + t * bands[i + 1].diffuse_brdf;
+}
+
+static int update_band(evaluation *e, double lambda_um) {
+  if (e->band.lambda_um == lambda_um)
+    return -1;
+  e->band = (hetab_band){.diffuse_brdf = diffuse_at(e->surface, lambda_um)};
+  if (e->position[INDEX_N] == ABSENT &&
+      hetab_index_at(e->ctx, hetab_surface_index(e->surface), lambda_um, e->extrapolate, &e->band.n,
+                     &e->band.k) != HETAB_OK)
+    return cli_fail("stdin:%zu: lambda_um: %s", e->reader.line, hetab_error_message(e->ctx));
+  e->band.lambda_um = lambda_um;
+  return -1;
+}
+
+/* What the row does not say, the surface does. */
+static int fill_from_surface(evaluation *e, hetab_point *p) {
+  int status = update_band(e, p->lambda_um);
+  if (e->position[SIGMA0] == ABSENT)
+    p->sigma0_um = hetab_surface_sigma0_um(e->surface);
+  if (e->position[TAU] == ABSENT)
+    p->tau_um = hetab_surface_tau_um(e->surface);
+  if (e->position[INDEX_N] == ABSENT) {
+    p->n = e->band.n;
+    p->k = e->band.k;
+  }
+  if (e->position[DIFFUSE] == ABSENT)
+    p->diffuse_brdf = e->band.diffuse_brdf;
+  return status;
+}
+
+/* Splits `line`, which it ruins, into a point. */
+static int parse_row(evaluation *e, char *line, hetab_point *p) {
+  char *fields[MAX_FIELDS];
+  size_t count = csv_split(line, fields, MAX_FIELDS);
+  if (count == 0)
+    return fail_quote(e);
+  if (count != e->fields)
+    return cli_fail("stdin:%zu: %zu field%s where the header names %zu", e->reader.line, count,
+                    count == 1 ? "" : "s", e->fields);
+  *p = (hetab_point){0};
+  for (int c = 0; c < COLUMNS; c++) {
+    if (e->position[c] == ABSENT)
+      continue;
+    double *value = (double *)(void *)((char *)p + columns[c].offset);
+    int status = parse_field(e, &columns[c], fields[e->position[c]], value);
+    if (status >= 0)
+      return status;
+  }
+  return e->surface ? fill_from_surface(e, p) : -1;
+}
+
+/* Keeps the current line for the output. */
+static int keep_line(evaluation *e) {
+  size_t size = e->reader.length + 1;
+  if (e->text_length + size > e->text_capacity) {
+    size_t capacity = 2 * (e->text_capacity + size);
+    char *grown = realloc(e->text, capacity);
+    if (!grown)
+      return cli_fail("out of memory");
+    e->text = grown;
+    e->text_capacity = capacity;
+  }
+  memcpy(e->text + e->text_length, e->reader.text, size);
+  e->text_length += size;
+  return -1;
+}
+
+/* The next rows, as many as fit; fewer before the end of the input or a bad row. */
+static int read_batch(evaluation *e, size_t *count) {
+  e->text_length = 0;
+  for (*count = 0; *count < BATCH; ++*count) {
+    csv_status read = csv_read(&e->reader);
+    if (read == CSV_END)
+      return CLI_OK;
+    size_t start = e->text_length;
+    int status = read == CSV_OK ? keep_line(e) : fail_read(e, read);
+    if (status < 0)
+      status = parse_row(e, e->reader.text, &e->points[*count]);
+    if (status >= 0) {
+      e->text_length = start;
+      return status;
+    }
+  }
+  return -1;
+}
+
+static int evaluate_batch(evaluation *e, size_t count) {
+  hetab_status status = e->engine ? hetab_evaluate(e->ctx, e->engine, e->points, count, e->values)
+                                  : hetab_evaluate_literal(e->ctx, e->points, count, e->values);
+  if (status != HETAB_OK)
+    return cli_fail_context(e->ctx);
+  const char *line = e->text;
+  for (size_t i = 0; i < count; i++) {
+    const hetab_value *v = &e->values[i];
+    int d = e->digits;
+    printf("%s,%.*g,%.*g,%.*g,%.*g,%.*g,%.*g\n", line, d, v->dd, d, v->specular, d, v->ud, d,
+           v->total, d, v->g, d, v->x);
+    line += strlen(line) + 1;
+  }
+  return ferror(stdout) ? CLI_OK : -1; /* main reports what is wrong with standard output */
+}
+
+/* Batch by batch; the rows before a bad one are still answered. */
+static int evaluate_stream(evaluation *e) {
+  int status = read_header(e);
+  while (status < 0) {
+    size_t count;
+    status = read_batch(e, &count);
+    int evaluated = count ? evaluate_batch(e, count) : -1;
+    if (evaluated >= 0 && status <= CLI_OK)
+      status = evaluated;
+    if (cli_signal())
+      status = cli_fail("stopped");
+  }
+  return status;
+}
+
+/* ---- the command --------------------------------------------------------------------------- */
+
+typedef struct request {
+  const char *surface;
+  int precision, literal, extrapolate;
+  const char *device;
+} request;
+
+static int prepare(evaluation *e, const request *r) {
+  hetab_engine_options options = {.devices = r->device,
+                                  .precision = r->precision ? HETAB_DOUBLE : HETAB_FLOAT,
+                                  .method = HETAB_METHOD_SERIES};
+  if (r->surface && hetab_surface_open(e->ctx, r->surface, &e->surface) != HETAB_OK)
+    return cli_fail_context(e->ctx);
+  if (!r->literal && hetab_engine_create(e->ctx, &options, &e->engine) != HETAB_OK)
+    return cli_fail_context(e->ctx);
+  e->digits = r->precision || r->literal ? 17 : 9;
+  e->extrapolate = r->extrapolate;
+  return -1;
+}
+
+static int run_request(const request *r) {
+  evaluation *e = calloc(1, sizeof *e);
+  if (!e)
+    return cli_fail("out of memory");
+  e->reader.stream = stdin;
+  e->ctx = cli_context();
+  int status = e->ctx ? prepare(e, r) : CLI_FAILURE;
+  if (status < 0)
+    status = evaluate_stream(e);
+  hetab_engine_free(e->engine);
+  hetab_surface_free(e->surface);
+  hetab_context_free(e->ctx);
+  free(e->text);
+  free(e);
+  return status;
+}
+
+static int run(const cli_command *self, int argc, char **argv) {
+  request r = {0};
+  int first;
+  const cli_option options[] = {
+      {CLI_CHOICE, "precision", 0, "float|double", "arithmetic on the device (float)", &r.precision,
+       0, 0},
+      {CLI_CHOICE, "method", 0, "series|literal",
+       "the kernels' series, or the printed equations in double on the host (series)", &r.literal,
+       0, 0},
+      {CLI_TEXT, "device", 0, "SEL", "number or part of the name of a device ('hetab devices')",
+       &r.device, 0, 0},
+      {CLI_FLAG, "extrapolate", 0, NULL, "allow wavelengths outside SURFACE's index data",
+       &r.extrapolate, 0, 0},
+      {0},
+  };
+  int status = cli_parse_options(self, options, argc, argv, &first);
+  if (status >= 0)
+    return status;
+  if (argc - first > 1)
+    return cli_usage(self, "unexpected argument '%s'", argv[first + 1]);
+  r.surface = argv[first]; /* NULL if there is none */
+  return run_request(&r);
+}
+
+const cli_command cli_eval = {
+    .name = "eval",
+    .arguments = "[SURFACE] < POINTS.csv",
+    .summary = "the model at the points of a CSV stream",
+    .description =
+        "Reads CSV with a header line on standard input, a point a row, and writes it to standard "
+        "output with the columns dd, sp_reflectance, ud, total, g and x appended: the "
+        "directional-diffuse BRDF (1/sr), the specular reflectance rho_s(theta_i), the "
+        "uniform-diffuse BRDF (1/sr), dd + ud (1/sr), and the model's roughness phase and lateral "
+        "variables.\n\n"
+        "Columns, in any order: lambda_um, theta_i_deg, theta_r_deg and phi_deg (the viewer's "
+        "azimuth minus the light's: 180 is the mirror side) have to be there; sigma0_um, tau_um, "
+        "n, k and diffuse_brdf (1/sr) are taken from SURFACE (a preset or a YAML file) where a "
+        "column is missing. Other columns pass through.",
+    .run = run,
+};

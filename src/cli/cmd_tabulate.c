@@ -1,0 +1,404 @@
+/* hetab tabulate: from a surface to table files. */
+#include <limits.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "cli.h"
+#include "output.h"
+#include "progress.h"
+#include "tabulate.h"
+
+/* ---- outputs, before any work -------------------------------------------------------------- */
+
+static const struct {
+  const char *extension;
+  output_format format;
+} formats[] = {{".h5", OUTPUT_H5}, {".hdf5", OUTPUT_H5}, {".binary", OUTPUT_MERL}};
+
+static int find_format(const char *path, output_format *format) {
+  size_t length = strlen(path);
+  for (size_t i = 0; i < sizeof formats / sizeof *formats; i++) {
+    size_t tail = strlen(formats[i].extension);
+    if (length > tail && strcasecmp(path + length - tail, formats[i].extension) == 0 &&
+        path[length - tail - 1] != '/') {
+      *format = formats[i].format;
+      return 1;
+    }
+  }
+  return 0;
+}
+
+/* NAME.binary -> NAME.specular.csv */
+static char *specular_path(const char *path) {
+  char *name;
+  int stem = (int)(strlen(path) - strlen(".binary"));
+  return asprintf(&name, "%.*s.specular.csv", stem, path) < 0 ? NULL : name;
+}
+
+static int add_output(const cli_command *self, tabulate_job *job, const char *path) {
+  table_output output = {.path = path};
+  if (!find_format(path, &output.format))
+    return cli_usage(self, "%s: the name of an output ends in .h5, .hdf5 or .binary", path);
+  for (size_t i = 0; i < job->output_count; i++)
+    if (cli_same_file(path, job->outputs[i].path))
+      return cli_usage(self, "%s: the same output is given twice", path);
+  if (output.format == OUTPUT_MERL && !(output.specular_path = specular_path(path)))
+    return cli_fail("out of memory");
+  job->outputs[job->output_count++] = output;
+  return -1;
+}
+
+static int plan_outputs(const cli_command *self, tabulate_job *job) {
+  const tabulate_request *r = job->request;
+  job->outputs = calloc(r->files.count, sizeof *job->outputs);
+  if (!job->outputs)
+    return cli_fail("out of memory");
+  int status = -1;
+  for (size_t i = 0; i < r->files.count && status < 0; i++)
+    status = add_output(self, job, r->files.items[i]);
+  for (size_t i = 0; i < job->output_count && status < 0; i++) {
+    const table_output *o = &job->outputs[i];
+    if (!cli_output_allowed(o->path, r->force) ||
+        (o->specular_path && !cli_output_allowed(o->specular_path, r->force)))
+      status = CLI_FAILURE;
+  }
+  return status;
+}
+
+static int has_format(const tabulate_job *job, output_format format) {
+  for (size_t i = 0; i < job->output_count; i++)
+    if (job->outputs[i].format == format)
+      return 1;
+  return 0;
+}
+
+static int plan_merl(const cli_command *self, tabulate_job *job) {
+  const tabulate_request *r = job->request;
+  hetab_merl_options *o = &job->merl_options;
+  *o = (hetab_merl_options){.sampling = (hetab_merl_sampling)r->sampling,
+                            .colour = (hetab_merl_colour)r->colour,
+                            .specular_cone_deg = r->cone_deg,
+                            .samples = r->samples,
+                            .seed = (unsigned)r->seed};
+  static const size_t needed[] = {
+      [HETAB_MERL_SRGB] = 0, [HETAB_MERL_MONO] = 1, [HETAB_MERL_BANDS] = 3};
+  size_t given = r->bands ? cli_wavelength_list(r->bands, o->band_um, 3) : 0;
+  if (r->bands && !given)
+    return cli_usage(self, "--bands: '%s' is not one or three wavelengths in nm", r->bands);
+  if (given != needed[o->colour])
+    return cli_usage(self, "--merl-colour %s takes %s",
+                     o->colour == HETAB_MERL_SRGB   ? "srgb"
+                     : o->colour == HETAB_MERL_MONO ? "mono"
+                                                    : "bands",
+                     o->colour == HETAB_MERL_SRGB   ? "no --bands"
+                     : o->colour == HETAB_MERL_MONO ? "one wavelength in --bands"
+                                                    : "three wavelengths in --bands");
+  return -1;
+}
+
+/* ---- inputs -------------------------------------------------------------------------------- */
+
+static hetab_status set_wavelengths(tabulate_job *job, const char *spec) {
+  double *lambda_um;
+  size_t count;
+  hetab_status status = hetab_parse_wavelengths(job->ctx, spec, &lambda_um, &count);
+  if (status != HETAB_OK)
+    return status;
+  status = hetab_surface_set_wavelengths(job->ctx, job->surface, lambda_um, count);
+  free(lambda_um);
+  return status;
+}
+
+static hetab_status open_inputs(tabulate_job *job) {
+  const tabulate_request *r = job->request;
+  hetab_status status = hetab_surface_open(job->ctx, r->surface, &job->surface);
+  if (status == HETAB_OK && r->wavelengths)
+    status = set_wavelengths(job, r->wavelengths);
+  if (status == HETAB_OK)
+    status = hetab_grid_create(job->ctx, &job->grid);
+  for (int axis = 0; axis < HETAB_AXIS_COUNT && status == HETAB_OK; axis++)
+    if (r->axes[axis])
+      status = hetab_grid_set_axis(job->ctx, job->grid, (hetab_axis)axis, r->axes[axis]);
+  return status;
+}
+
+static hetab_status open_engine(tabulate_job *job) {
+  const tabulate_request *r = job->request;
+  hetab_engine_options options = {.devices = r->device,
+                                  .precision = (hetab_precision)r->precision,
+                                  .method = (hetab_method)r->method,
+                                  .tolerance = r->tolerance};
+  return hetab_engine_create(job->ctx, &options, &job->engine);
+}
+
+/* ---- the specular reflectance -------------------------------------------------------------- */
+
+/* rho_s[band][angle]; free() it. NULL on failure. */
+static double *specular_table(tabulate_job *job, const double *theta_deg, size_t count,
+                              output_format format) {
+  size_t total = hetab_surface_band_count(job->surface) * count;
+  double *rho = calloc(total, sizeof *rho), *max = &job->specular_max[format];
+  if (!rho)
+    cli_fail("out of memory");
+  else if (hetab_specular_reflectance(job->ctx, job->surface, theta_deg, count, rho) != HETAB_OK) {
+    cli_fail_context(job->ctx);
+    free(rho);
+    return NULL;
+  }
+  for (size_t i = 0; rho && i < total; i++)
+    *max = rho[i] > *max ? rho[i] : *max;
+  return rho;
+}
+
+enum { CSV_ANGLES = 91 }; /* every degree */
+
+static void write_specular_rows(FILE *stream, const hetab_surface *surface, const double *theta_deg,
+                                const double *rho) {
+  fputs("wavelength_nm,theta_i_deg,rho_s\n", stream);
+  for (size_t band = 0; band < hetab_surface_band_count(surface); band++)
+    for (size_t i = 0; i < CSV_ANGLES; i++)
+      fprintf(stream, "%.10g,%g,%.9g\n", 1000 * hetab_surface_bands(surface)[band].lambda_um,
+              theta_deg[i], rho[band * CSV_ANGLES + i]);
+}
+
+/* Written, not yet published. */
+static int create_specular_csv(tabulate_job *job, const char *path, cli_file *file) {
+  double theta_deg[CSV_ANGLES];
+  for (int i = 0; i < CSV_ANGLES; i++)
+    theta_deg[i] = i;
+  double *rho = specular_table(job, theta_deg, CSV_ANGLES, OUTPUT_MERL);
+  int status = rho ? cli_file_create(file, path) : CLI_FAILURE;
+  if (status < 0)
+    write_specular_rows(file->stream, job->surface, theta_deg, rho);
+  free(rho);
+  return status;
+}
+
+/* ---- dense tables -------------------------------------------------------------------------- */
+
+static int create_writers(tabulate_job *job) {
+  const tabulate_request *r = job->request;
+  hetab_precision precision = hetab_engine_precision(job->engine);
+  hetab_h5_options options = {.element = r->element < 0 ? precision : (hetab_precision)r->element,
+                              .slabs = precision,
+                              .compression = (int)r->compression,
+                              .overwrite = r->force};
+  double *rho = specular_table(job, hetab_grid_deg(job->grid, HETAB_THETA_I),
+                               hetab_grid_count(job->grid, HETAB_THETA_I), OUTPUT_H5);
+  if (!rho)
+    return CLI_FAILURE;
+  hetab_status status = HETAB_OK;
+  for (size_t i = 0; i < job->output_count && status == HETAB_OK; i++) {
+    table_output *o = &job->outputs[i];
+    if (o->format != OUTPUT_H5)
+      continue;
+    status = hetab_h5_create(job->ctx, o->path, job->surface, job->grid, &options, &o->writer);
+    if (status == HETAB_OK)
+      status = hetab_h5_write_specular(job->ctx, o->writer, rho);
+  }
+  free(rho);
+  return status == HETAB_OK ? -1 : cli_fail_context(job->ctx);
+}
+
+/* A slab goes to every HDF5 output. */
+static hetab_status fan_out(hetab_context *ctx, void *user, const hetab_slab *slab) {
+  tabulate_job *job = user;
+  hetab_status status = HETAB_OK;
+  for (size_t i = 0; i < job->output_count && status == HETAB_OK; i++)
+    if (job->outputs[i].writer)
+      status = hetab_h5_write_slab(ctx, job->outputs[i].writer, slab);
+  return status;
+}
+
+/* A table with a NaN or a negative value is never published. */
+static int check_report(const hetab_report *report) {
+  if (report->error.bad)
+    return cli_fail("%zu of %zu sampled entries are NaN, infinite or negative: nothing written; "
+                    "please report this",
+                    report->error.bad, report->error.samples);
+  return -1;
+}
+
+static int fill_dense(tabulate_job *job) {
+  const tabulate_request *r = job->request;
+  hetab_tabulate_options options = {.samples = r->samples, .seed = (unsigned)r->seed};
+  hetab_report *report = &job->reports[OUTPUT_H5];
+  int status = create_writers(job);
+  if (status >= 0)
+    return status;
+  cli_progress_begin(job->ctx, hetab_surface_name(job->surface), r->quiet);
+  hetab_status done = hetab_tabulate(job->ctx, job->engine, job->surface, job->grid, &options,
+                                     fan_out, job, report);
+  cli_progress_end();
+  return done == HETAB_OK ? check_report(report) : cli_fail_context(job->ctx);
+}
+
+static int fill_merl(tabulate_job *job) {
+  hetab_report *report = &job->reports[OUTPUT_MERL];
+  cli_progress_begin(job->ctx, hetab_surface_name(job->surface), job->request->quiet);
+  hetab_status done = hetab_tabulate_merl(job->ctx, job->engine, job->surface, &job->merl_options,
+                                          &job->merl, report);
+  cli_progress_end();
+  return done == HETAB_OK ? check_report(report) : cli_fail_context(job->ctx);
+}
+
+/* ---- publication --------------------------------------------------------------------------- */
+
+static int publish_h5(tabulate_job *job, table_output *output) {
+  hetab_h5_writer *writer = output->writer;
+  if (hetab_h5_write_report(job->ctx, writer, job->engine, &job->reports[OUTPUT_H5]) != HETAB_OK)
+    return cli_fail_context(job->ctx); /* the writer is aborted with the job */
+  output->writer = NULL;
+  return hetab_h5_commit(job->ctx, writer) == HETAB_OK ? -1 : cli_fail_context(job->ctx);
+}
+
+static int publish_merl(tabulate_job *job, const table_output *output) {
+  int overwrite = job->request->force;
+  cli_file specular = {0};
+  int status = create_specular_csv(job, output->specular_path, &specular);
+  if (status >= 0)
+    return status;
+  if (hetab_merl_save(job->ctx, job->merl, output->path, overwrite) == HETAB_OK)
+    return cli_file_publish(&specular, overwrite);
+  cli_file_abort(&specular);
+  return cli_fail_context(job->ctx);
+}
+
+static int publish(tabulate_job *job) {
+  int status = -1;
+  for (size_t i = 0; i < job->output_count && status < 0; i++) {
+    table_output *o = &job->outputs[i];
+    if (cli_signal())
+      return cli_fail("stopped");
+    status = o->format == OUTPUT_H5 ? publish_h5(job, o) : publish_merl(job, o);
+  }
+  return status;
+}
+
+/* ---- the command --------------------------------------------------------------------------- */
+
+static int evaluate(tabulate_job *job) {
+  if (open_inputs(job) != HETAB_OK || open_engine(job) != HETAB_OK)
+    return cli_fail_context(job->ctx);
+  int status = -1;
+  if (has_format(job, OUTPUT_H5))
+    status = fill_dense(job);
+  if (status < 0 && has_format(job, OUTPUT_MERL))
+    status = fill_merl(job);
+  return status < 0 ? publish(job) : status;
+}
+
+static int run_job(const cli_command *self, const tabulate_request *request) {
+  tabulate_job job = {.request = request};
+  int status = plan_outputs(self, &job);
+  if (status < 0)
+    status = plan_merl(self, &job);
+  if (status < 0)
+    status = (job.ctx = cli_context()) ? evaluate(&job) : CLI_FAILURE;
+  if (status < 0)
+    status = tabulate_summary(&job);
+  for (size_t i = 0; i < job.output_count; i++) {
+    hetab_h5_abort(job.outputs[i].writer);
+    free(job.outputs[i].specular_path);
+  }
+  free(job.outputs);
+  hetab_merl_free(job.merl);
+  hetab_engine_free(job.engine);
+  hetab_grid_free(job.grid);
+  hetab_surface_free(job.surface);
+  hetab_context_free(job.ctx);
+  return status;
+}
+
+static int parse(const cli_command *self, int argc, char **argv, tabulate_request *r) {
+  int first;
+  const cli_option options[] = {
+      {CLI_LIST, "output", 'o', "FILE",
+       "write FILE: a dense HDF5 table (.h5, .hdf5) or a MERL table (.binary); several -o share "
+       "one evaluation",
+       &r->files, 0, 0},
+      {CLI_FLAG, "force", 'f', NULL, "overwrite existing files", &r->force, 0, 0},
+      {CLI_TEXT, "theta-i", 0, "SPEC",
+       "incident polar angles of the dense table in degrees: start:stop:count, cells:N, or a list "
+       "(0:90:90)",
+       &r->axes[HETAB_THETA_I], 0, 0},
+      {CLI_TEXT, "theta-r", 0, "SPEC", "exitant polar angles (0:90:90)", &r->axes[HETAB_THETA_R], 0,
+       0},
+      {CLI_TEXT, "phi", 0, "SPEC", "azimuths, 180 being the mirror side (0:180:181)",
+       &r->axes[HETAB_PHI], 0, 0},
+      {CLI_TEXT, "wavelengths", 0, "SPEC",
+       "wavelengths in nm: start:stop:step or a list (the surface's own)", &r->wavelengths, 0, 0},
+      {CLI_CHOICE, "precision", 0, "float|double", "arithmetic on the device (float)",
+       &r->precision, 0, 0},
+      {CLI_CHOICE, "element", 0, "float|double", "numbers in the HDF5 file (as --precision)",
+       &r->element, 0, 0},
+      {CLI_COUNT, "compress", 0, "LEVEL", "deflate level of the HDF5 file, 0 to 9 (0: none)",
+       &r->compression, 0, 9},
+      {CLI_CHOICE, "method", 0, "rows|series|literal",
+       "exact nodes and a polynomial along a row; the series at every entry; or the printed "
+       "equations in double on one core (rows)",
+       &r->method, 0, 0},
+      {CLI_NUMBER, "tolerance", 0, "E",
+       "relative error that rows aims for (1e-5 in float, 1e-9 in double)", &r->tolerance, 1e-15,
+       0.1},
+      {CLI_TEXT, "device", 0, "SEL",
+       "number, numbers (0,1) or part of the name of a device, or all; see 'hetab devices'",
+       &r->device, 0, 0},
+      {CLI_COUNT, "samples", 0, "N",
+       "entries compared with the literal equations; 0 measures no error (2000)", &r->samples, 0,
+       1e9},
+      {CLI_COUNT, "seed", 0, "N", "seed of that sample (1)", &r->seed, 0, UINT_MAX},
+      {CLI_CHOICE, "merl-sampling", 0, "centre|edge|mean",
+       "where a MERL cell is evaluated; readers truncate, so centre serves them best (centre)",
+       &r->sampling, 0, 0},
+      {CLI_CHOICE, "merl-colour", 0, "srgb|mono|bands",
+       "MERL channels: linear sRGB under D65, one band, or one band each (srgb)", &r->colour, 0, 0},
+      {CLI_TEXT, "bands", 0, "NM[,NM,NM]", "wavelengths of mono or bands (R,G,B)", &r->bands, 0, 0},
+      {CLI_NUMBER, "specular-cone", 0, "DEG",
+       "fold the specular delta into the MERL table as an energy-preserving lobe that wide",
+       &r->cone_deg, 1e-3, 90},
+      {CLI_FLAG, "quiet", 'q', NULL, "print neither summary nor progress", &r->quiet, 0, 0},
+      {CLI_FLAG, "json", 0, NULL, "print the summary as JSON, as described above", &r->json, 0, 0},
+      {0},
+  };
+  int status = cli_parse_options(self, options, argc, argv, &first);
+  if (status >= 0)
+    return status;
+  if (!argv[first])
+    return cli_usage(self, "no SURFACE given");
+  if (argv[first + 1])
+    return cli_usage(self, "unexpected argument '%s'", argv[first + 1]);
+  if (r->files.count == 0)
+    return cli_usage(self, "no output given: use -o FILE");
+  r->surface = argv[first];
+  return -1;
+}
+
+static int run(const cli_command *self, int argc, char **argv) {
+  tabulate_request request = {.element = -1, .samples = 2000, .seed = 1};
+  int status = parse(self, argc, argv, &request);
+  if (status < 0)
+    status = run_job(self, &request);
+  free(request.files.items);
+  return status;
+}
+
+const cli_command cli_tabulate = {
+    .name = "tabulate",
+    .arguments = "SURFACE -o FILE [-o FILE]...",
+    .summary = "write the tables of a surface as HDF5 and MERL files",
+    .description =
+        "Evaluates SURFACE (a preset, see 'hetab surfaces', or a YAML file) over a whole grid and "
+        "writes the table to each FILE: dd + ud, in 1/sr, without a cosine. Files appear whole or "
+        "not at all, and none is overwritten without --force.\n\n"
+        "The specular delta is not in the tables. An HDF5 file holds its reflectance rho_s as "
+        "/specular_reflectance; beside NAME.binary it is written to NAME.specular.csv.\n\n"
+        "--json prints an object with surface, device, method, precision, tolerance, version and "
+        "outputs, an array of objects with file, format (hdf5 or merl), entries, seconds, "
+        "entries_per_second, kernel_seconds, kernel_entries_per_second, error (samples, compared, "
+        "max_rel, p99_rel, rms_rel, max_abs_below_floor, bad; null without samples), specular "
+        "(max, file, in_table, cone_deg) and, for merl, clamped.",
+    .run = run,
+};

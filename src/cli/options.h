@@ -1,0 +1,48 @@
+/* Options as tables: one table of a command both parses its command line and writes its help. */
+#ifndef HETAB_CLI_OPTIONS_H
+#define HETAB_CLI_OPTIONS_H
+
+#include <stddef.h>
+#include "cli.h"
+
+typedef enum cli_kind {
+  CLI_FLAG,   /* int: 1 if given */
+  CLI_TEXT,   /* const char * */
+  CLI_LIST,   /* cli_list: may be given several times */
+  CLI_NUMBER, /* double in [min, max] */
+  CLI_COUNT,  /* size_t in [min, max] */
+  CLI_CHOICE  /* int: which of the words "a|b|c" that `argument` lists */
+} cli_kind;
+
+typedef struct cli_list {
+  const char **items; /* free() it */
+  size_t count;
+} cli_list;
+
+typedef struct cli_option {
+  cli_kind kind;
+  const char *name;
+  char letter;          /* 0: none */
+  const char *argument; /* the argument's name in the help; NULL for a flag */
+  const char *help;
+  void *value;     /* where the value goes; keeps its default if the option is absent */
+  double min, max; /* of numbers and counts */
+} cli_option;
+
+/* Parses argv by the table (which ends with a NULL name) and adds --help. Returns -1 to go on, with
+ * the positional arguments in argv[*first .. argc); else the exit status: help was printed, or the
+ * one line of a usage error. */
+int cli_parse_options(const cli_command *self, const cli_option *options, int argc, char **argv,
+                      int *first);
+
+/* A finite decimal number that is the whole text (spaces around it allowed). Returns 0 if not. */
+int cli_number(const char *text, double *value);
+
+/* "550" or "600,550,450" (nm) to um: the count, or 0 if malformed, not positive or more than max.
+ */
+size_t cli_wavelength_list(const char *text, double *lambda_um, size_t max);
+
+/* Text after `indent` columns, wrapped at 80; a newline starts a new line. */
+void cli_print_wrapped(const char *text, int indent, int column);
+
+#endif

@@ -1,0 +1,12 @@
+/* A progress bar with rate and time left, on standard error, if that is a terminal. */
+#ifndef HETAB_CLI_PROGRESS_H
+#define HETAB_CLI_PROGRESS_H
+
+#include <hetab/status.h>
+
+/* From now on the context's jobs show as `label`, unless quiet, and stop on a signal. */
+void cli_progress_begin(hetab_context *ctx, const char *label, int quiet);
+/* Clear the bar; fine without one. */
+void cli_progress_end(void);
+
+#endif

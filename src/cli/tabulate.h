@@ -1,0 +1,45 @@
+/* The tabulate command's job, shared by what runs it and what reports it. */
+#ifndef HETAB_CLI_TABULATE_H
+#define HETAB_CLI_TABULATE_H
+
+#include <hetab/hetab.h>
+#include "options.h"
+
+typedef enum output_format { OUTPUT_H5, OUTPUT_MERL } output_format;
+
+typedef struct table_output {
+  const char *path;
+  output_format format;
+  char *specular_path;     /* MERL: the CSV of the specular reflectance beside it */
+  hetab_h5_writer *writer; /* H5, until it is committed */
+} table_output;
+
+/* What the command line asks for. */
+typedef struct tabulate_request {
+  const char *surface;
+  cli_list files;
+  const char *axes[HETAB_AXIS_COUNT], *wavelengths, *device, *bands;
+  int precision, method, element, sampling, colour; /* element -1: as precision */
+  double tolerance, cone_deg;
+  size_t samples, seed, compression;
+  int force, quiet, json;
+} tabulate_request;
+
+typedef struct tabulate_job {
+  const tabulate_request *request;
+  hetab_context *ctx;
+  hetab_surface *surface;
+  hetab_grid *grid;
+  hetab_engine *engine;
+  table_output *outputs;
+  size_t output_count;
+  hetab_merl_options merl_options;
+  hetab_merl *merl;
+  hetab_report reports[2]; /* by output_format */
+  double specular_max[2];  /* largest rho_s, by output_format */
+} tabulate_job;
+
+/* The summary on standard output; the exit status. */
+int tabulate_summary(const tabulate_job *job);
+
+#endif
