@@ -119,7 +119,7 @@ static int parse_range(const cli_command *self, const cli_option *o, const char 
   if (!cli_number(text, &number))
     return cli_usage(self, "--%s: '%s' is not a number", o->name, text);
   if (number < o->min || number > o->max)
-    return cli_usage(self, "--%s: %s is outside %g to %g", o->name, text, o->min, o->max);
+    return cli_usage(self, "--%s: %s is outside %.10g to %.10g", o->name, text, o->min, o->max);
   if (o->kind == CLI_NUMBER)
     *(double *)o->value = number;
   else if (number == floor(number))
