@@ -1,0 +1,411 @@
+#!/bin/bash
+# Tests the program as its users meet it: every command, every bad input, pipes and terminals,
+# interruption and full disks. Prints a line per failed or skipped check, then the counts.
+# usage: test_cli.sh PROGRAM
+set -u
+export LC_ALL=C TERM=xterm
+program=$(realpath "${1:?usage: test_cli.sh PROGRAM}")
+work=$(mktemp -d)
+mounted=
+passed=0 failed=0 skipped=0
+
+finish() {
+  [ -z "$mounted" ] || umount "$mounted"
+  rm -rf "$work"
+}
+trap finish EXIT
+cd "$work" || exit 1
+
+# ---- checks ------------------------------------------------------------------------------------
+
+pass() { passed=$((passed + 1)); }
+fail() { failed=$((failed + 1)); echo "FAIL $*"; }
+skip() { skipped=$((skipped + 1)); echo "skip $*"; }
+
+# check NAME COMMAND...: the command succeeds.
+check() {
+  local name=$1
+  shift
+  if "$@" >/dev/null 2>&1; then pass; else fail "$name: $*"; fi
+}
+
+# works NAME ARGUMENT...: hetab succeeds and says nothing on standard error; its output is in ./out.
+works() {
+  local name=$1 status
+  shift
+  "$program" "$@" >out 2>err </dev/null
+  status=$?
+  if [ $status = 0 ] && [ ! -s err ]; then pass; else fail "$name: status $status, $(head -c 300 err)"; fi
+}
+
+# refuses NAME STATUS PATTERN ARGUMENT...: hetab fails with one line that matches, and prints nothing
+# else. Standard input is ./in.
+refuses() {
+  local name=$1 expected=$2 pattern=$3 status
+  shift 3
+  "$program" "$@" >out 2>err <in
+  status=$?
+  one_line "$name" "$status" "$expected" "$pattern"
+}
+
+# one_line NAME STATUS EXPECTED PATTERN: on ./err.
+one_line() {
+  if [ "$2" != "$3" ]; then
+    fail "$1: status $2 instead of $3, $(head -c 300 err)"
+  elif [ "$(wc -l <err)" != 1 ] || ! grep -q '^hetab: ' err || ! grep -Eq -- "$4" err; then
+    fail "$1: message $(head -c 300 err)"
+  else
+    pass
+  fi
+}
+
+has() { grep -Eq -- "$1" out; }
+json() { /usr/bin/python3 -c "import json, sys; d = json.load(open('out')); sys.exit(not ($1))"; }
+: >in
+
+small="--theta-i 0:90:7 --theta-r 0:90:7 --phi 0:180:7 --wavelengths 550"
+
+# ---- help and mistakes -------------------------------------------------------------------------
+
+works "help" --help
+check "help lists commands" has '^  tabulate '
+works "version" --version
+check "version names the program" has '^hetab [0-9]+\.[0-9]+\.[0-9]+$'
+for command in tabulate eval devices surfaces bench; do
+  works "$command --help" $command --help
+  check "$command --help has usage" has "^Usage: hetab $command "
+  check "$command --help fits 80 columns" test "$(wc -L <out)" -le 80
+  refuses "$command: unknown option" 2 "unknown.*'--nonsense'. Try 'hetab $command --help'" \
+    $command --nonsense
+done
+
+refuses "no command" 2 "no command given. Try 'hetab --help'"
+refuses "unknown command" 2 "unknown command 'frob'" frob
+refuses "unknown letter" 2 "unknown option '-x'" tabulate -x
+refuses "missing argument" 2 "'--device' needs an argument" eval --device
+refuses "argument to a flag" 2 "'--quiet' takes no argument" tabulate --quiet=yes
+refuses "bad choice" 2 "'half' is none of float\|double" eval --precision half
+refuses "bad number" 2 "'many' is not a number" tabulate --samples many
+refuses "number out of range" 2 "outside 0 to 9" tabulate --compress 10
+refuses "fraction for a count" 2 "not a whole number" tabulate --samples 1.5
+refuses "negative tolerance" 2 "tolerance" tabulate BBQAL2 -o a.h5 --tolerance -1
+refuses "nan tolerance" 2 "tolerance" tabulate BBQAL2 -o a.h5 --tolerance nan
+refuses "no surface" 2 "no SURFACE" tabulate -o a.h5
+refuses "no output" 2 "no output" tabulate BBQAL2
+refuses "two surfaces" 2 "unexpected argument 'b'" tabulate a b -o a.h5
+refuses "devices with an argument" 2 "unexpected" devices x
+
+best=1000
+for _ in 1 2 3 4 5 6 7 8; do
+  before=${EPOCHREALTIME/./}
+  "$program" --help >/dev/null
+  elapsed=$(((${EPOCHREALTIME/./} - before) / 1000))
+  [ $elapsed -ge $best ] || best=$elapsed
+done
+# A sanitizer's start-up is not the program's.
+if grep -q __asan_init "$program"; then
+  skip "start-up time: built with a sanitizer"
+else
+  check "--help starts in 20 ms (took $best)" test $best -le 20
+fi
+
+"$program" --help >/dev/full 2>err
+one_line "full standard output" $? 1 "standard output: No space left"
+"$program" --help >&- 2>err
+one_line "closed standard output" $? 1 "standard output"
+
+# ---- devices and surfaces ----------------------------------------------------------------------
+
+works "devices" devices
+works "devices --json" devices --json
+check "devices as JSON" json "d[0]['number'] == 0 and d[0]['name'] and d[0]['compute_units'] > 0"
+mkdir no-vendors
+OCL_ICD_VENDORS=$work/no-vendors/ "$program" devices >out 2>err
+one_line "no device" $? 1 "pocl-opencl-icd"
+OCL_ICD_VENDORS=$work/no-vendors/ "$program" tabulate BBQAL2 -o none.h5 >out 2>err
+one_line "tabulate without a device" $? 1 "pocl-opencl-icd"
+refuses "unknown device" 1 "." tabulate BBQAL2 -o none.h5 --device 99
+refuses "unknown device name" 1 "quantum" eval --device quantum
+check "nothing written without a device" test ! -e none.h5
+
+works "surfaces" surfaces
+check "surfaces lists presets" has '^  BBQAL1 '
+check "surfaces lists metals" has '^  Au '
+works "surfaces --json" surfaces --json
+check "surfaces as JSON" json "len(d['presets']) >= 5 and len(d['metals']) >= 10"
+refuses "unknown surface" 1 "no preset or metal 'Unobtainium'" surfaces Unobtainium
+works "preset as YAML" surfaces BBQAL2
+cp out mine.yml
+works "preset as JSON" surfaces BBQAL2 --json
+check "bands as JSON" json "len(d['bands']) == 31 and d['sigma0_um'] > 0"
+works "metal as CSV" surfaces Au
+cp out Au.csv
+check "metal has 31 values" test "$(wc -l <Au.csv)" = 32
+works "metal as JSON" surfaces Au --json
+check "metal values as JSON" json "len(d['values']) == 31 and d['citation']"
+
+# ---- tabulate ----------------------------------------------------------------------------------
+
+works "tabulate" tabulate BBQAL2 $small -o a.h5 -o b.hdf5
+check "both files" test -s a.h5 -a -s b.hdf5
+check "the same data" h5diff a.h5 b.hdf5
+check "summary has the table" has '^a\.h5 +343 '
+check "summary tells of the specular term" has 'a.h5: specular reflectance.*specular_reflectance'
+works "the printed YAML" tabulate mine.yml $small -o mine.h5 --quiet
+check "quiet" test ! -s out
+check "the YAML is the preset" h5diff a.h5 mine.h5 /brdf
+works "json" tabulate BBQAL2 $small -o a.h5 --force --json
+check "json keys" json "d['surface'] and d['device'] and d['method'] == 'rows' and \
+d['outputs'][0]['format'] == 'hdf5' and d['outputs'][0]['entries'] == 343 and \
+d['outputs'][0]['error']['max_rel'] < 1e-4 and d['outputs'][0]['error']['bad'] == 0"
+works "no samples" tabulate BBQAL2 $small -o a.h5 --force --json --samples 0
+check "no samples, no error" json "d['outputs'][0]['error'] is None"
+for method in series literal; do
+  works "method $method" tabulate BBQAL2 $small -o $method.h5 --method $method
+  check "$method agrees" h5diff -p 1e-4 a.h5 $method.h5 /brdf
+done
+works "double" tabulate BBQAL2 $small -o double.h5 --precision double --compress 5
+check "double elements" grep -q H5T_IEEE_F64LE <(h5dump -H -d /brdf double.h5)
+works "double arithmetic, float file" tabulate BBQAL2 $small -o mixed.h5 --precision double \
+  --element float
+check "float elements" grep -q H5T_IEEE_F32LE <(h5dump -H -d /brdf mixed.h5)
+
+works "merl" tabulate BBQAL2 -o m.binary --samples 200
+check "merl size" test "$(stat -c %s m.binary)" = 34992012
+check "specular beside it" test "$(wc -l <m.specular.csv)" = $((31 * 91 + 1))
+check "specular header" grep -qx 'wavelength_nm,theta_i_deg,rho_s' m.specular.csv
+check "summary tells of the omission" has 'm.binary: specular.*omitted; it is in m.specular.csv'
+works "merl mono with a cone" tabulate BBQAL2 -o mono.binary --merl-colour mono --bands 550 \
+  --specular-cone 2 --samples 200 --json
+check "cone in json" json "d['outputs'][0]['specular']['in_table'] is True and \
+d['outputs'][0]['specular']['file'] == 'mono.specular.csv' and 'clamped' in d['outputs'][0]"
+
+# ---- refused outputs: nothing computed, nothing harmed -----------------------------------------
+
+echo precious >old.h5
+echo precious >old.binary
+echo precious >lone.specular.csv
+mkdir folder.h5 locked
+refuses "existing h5" 1 "old.h5 exists.*--force" tabulate BBQAL2 -o old.h5
+refuses "existing second output" 1 "old.binary exists" tabulate BBQAL2 -o new.h5 -o old.binary
+refuses "existing specular file" 1 "lone.specular.csv exists" tabulate BBQAL2 -o lone.binary
+refuses "unknown extension" 2 "a.png: .*\.h5, \.hdf5 or \.binary" tabulate BBQAL2 -o a.png
+refuses "only an extension" 2 "ends in" tabulate BBQAL2 -o .h5
+refuses "same output twice" 2 "twice" tabulate BBQAL2 -o n.h5 -o ./n.h5
+refuses "missing directory" 1 "nowhere.*No such file" tabulate BBQAL2 -o nowhere/a.h5
+refuses "a file as directory" 1 "not a directory|Not a directory" tabulate BBQAL2 -o old.h5/a.h5
+refuses "a directory as output" 1 "not a regular file" tabulate BBQAL2 -o folder.h5 --force
+refuses "line break in a name" 2 "a\?b.png" tabulate BBQAL2 -o $'a\nb.png'
+chmod 500 locked
+if [ "$(id -u)" != 0 ]; then
+  refuses "unwritable directory" 1 "locked" tabulate BBQAL2 -o locked/a.h5
+elif command -v setpriv >/dev/null && chmod 755 "$work" && [ -x "$program" ] &&
+  setpriv --reuid 65534 --clear-groups test -x "$program"; then
+  setpriv --reuid 65534 --clear-groups "$program" tabulate BBQAL2 -o locked/a.h5 >out 2>err
+  one_line "unwritable directory" $? 1 "locked"
+else
+  skip "unwritable directory: root may write everywhere"
+fi
+refuses "bands missing" 2 "mono takes one wavelength" tabulate BBQAL2 -o n.binary --merl-colour mono
+refuses "bands too many" 2 "srgb takes no --bands" tabulate BBQAL2 -o n.binary --bands 550
+refuses "bands malformed" 2 "not one or three" tabulate BBQAL2 -o n.binary --merl-colour bands \
+  --bands 600,,450
+check "old files as they were" test "$(cat old.h5 old.binary lone.specular.csv)" = \
+  $'precious\nprecious\nprecious'
+check "nothing new" test ! -e new.h5 -a ! -e n.h5 -a ! -e n.binary -a ! -e lone.binary
+
+# ---- refused inputs ----------------------------------------------------------------------------
+
+refuses "unknown preset" 1 "NOSUCH" tabulate NOSUCH -o n.h5
+refuses "missing surface file" 1 "nosuch.yml" tabulate nosuch.yml -o n.h5
+printf 'name: x\nsigma0_um: -1\ntau_um: 3\nindex: Al\n' >bad.yml
+refuses "negative roughness" 1 "bad.yml:2.*sigma0_um" tabulate bad.yml -o n.h5
+printf 'name: x\nsigma0_um: 1\ntau_um: 3\nindex: Al\nroughness: 2\n' >bad.yml
+refuses "unknown key" 1 "bad.yml:5.*roughness" tabulate bad.yml -o n.h5
+printf 'name: [x\nsigma0_um: 1\n' >bad.yml
+refuses "malformed YAML" 1 "bad.yml" tabulate bad.yml -o n.h5
+refuses "wavelengths outside" 1 "700|0\.7" tabulate BBQAL2 -o n.h5 --wavelengths 900
+refuses "malformed wavelengths" 1 "400:700" tabulate BBQAL2 -o n.h5 --wavelengths 400:700
+refuses "malformed axis" 1 "91" tabulate BBQAL2 -o n.h5 --theta-i 0,91
+refuses "bad phi" 1 "." tabulate BBQAL2 -o n.h5 --phi 10:5:3
+refuses "sRGB without the bands" 1 "400" tabulate BBQAL2 -o n.binary --wavelengths 550
+check "nothing from bad input" test ! -e n.h5 -a ! -e n.binary -a ! -e n.specular.csv
+printf 'name: gold\nsigma0_um: 0.2\ntau_um: 3\nindex: {file: Au.csv}\n' >gold.yml
+works "a printed metal as index file" tabulate gold.yml $small -o gold.h5
+
+# ---- eval --------------------------------------------------------------------------------------
+
+header=lambda_um,theta_i_deg,theta_r_deg,phi_deg
+points() { printf '%s\n' "$header" 0.55,0,0,0 0.55,30,30,180 0.6,60,45,180 0.55,89.9,10,33 0.55,90,20,0; }
+points >in
+"$program" eval BBQAL2 <in >values.csv 2>err
+check "eval" test $? = 0 -a ! -s err
+check "eval header" test "$(head -1 values.csv)" = "$header,dd,sp_reflectance,ud,total,g,x"
+check "input unchanged" cmp -s <(cut -d, -f1-4 values.csv) in
+"$program" eval BBQAL2 --method literal <in >literal.csv
+close='
+import csv, sys
+a, b = (list(csv.DictReader(open(f))) for f in sys.argv[1:3])
+near = lambda x, y: abs(x - y) <= float(sys.argv[3]) * abs(y) + 1e-14
+ok = len(a) == len(b) > 0 and all(near(float(p[c]), float(q[c])) for p, q in zip(a, b)
+                                  for c in ("dd", "sp_reflectance", "ud", "total", "g", "x"))
+sys.exit(not ok)'
+agree() { /usr/bin/python3 -c "$close" "$@"; }
+check "eval float near literal" agree values.csv literal.csv 1e-5
+"$program" eval BBQAL2 --precision double <in >double.csv
+check "eval double near literal" agree double.csv literal.csv 1e-10
+{ printf '\357\273\277'; sed 's/$/\r/' in; } | "$program" eval BBQAL2 >crlf.csv
+check "CRLF and byte order mark" cmp -s values.csv crlf.csv
+printf 'note,"phi_deg",theta_r_deg, theta_i_deg ,lambda_um\n"a, ""b""","0",0, 0 ,0.55\n\nc,180,30,30,5.5e-1\n' |
+  "$program" eval BBQAL2 >quoted.csv
+check "quotes and order" cmp -s <(cut -d, -f6- quoted.csv | tail -n1) \
+  <(sed -n 3p values.csv | cut -d, -f5-)
+check "quoted text passes through" grep -q '^"a, ""b""","0",0, 0 ,0.55,' quoted.csv
+{ echo "$header,sigma0_um,tau_um,n,k"; echo 0.55,30,30,180,0.54,6.5,0.958,6.69; } |
+  "$program" eval >rows.csv
+check "material per row" test "$(wc -l <rows.csv)" = 2
+yes 0.55,30,30,180 | head -200000 | sed "1i $header" | "$program" eval BBQAL2 >many.csv
+check "many rows" test "$(wc -l <many.csv)" = 200001 -a "$(tail -n +2 many.csv | sort -u | wc -l)" = 1
+yes 0.55,30,30,180 | sed "1i $header" | "$program" eval BBQAL2 2>err | head -2 >/dev/null
+statuses=("${PIPESTATUS[@]}")
+check "reader gone: quiet, not 0" test "${statuses[2]}" != 0 -a ! -s err
+"$program" eval BBQAL2 <in >/dev/full 2>err
+one_line "eval to a full disk" $? 1 "standard output"
+
+compare='
+import csv, sys, h5py, numpy as np
+with h5py.File("series.h5") as t, open("grid.csv", "w") as f:
+    f.write("lambda_um,theta_i_deg,theta_r_deg,phi_deg\n")
+    for i in t["theta_i"]:
+        for r in t["theta_r"]:
+            for p in t["phi"]:
+                f.write(f"0.55,{i!r},{r!r},{p!r}\n")
+'
+/usr/bin/python3 -c "$compare"
+"$program" eval BBQAL2 <grid.csv >grid.out.csv
+compare='
+import csv, sys, h5py, numpy as np
+table = h5py.File("series.h5")["brdf"][:].ravel()
+total = np.array([float(r["total"]) for r in csv.DictReader(open("grid.out.csv"))])
+sys.exit(not np.all(np.abs(table - total) <= 2e-5 * np.abs(total) + 1e-14))
+'
+check "eval gives what the table holds" /usr/bin/python3 -c "$compare"
+
+bad_row() { # NAME PATTERN ROW
+  { echo "$header"; echo 0.55,1,2,3; echo "$3"; } >in
+  refuses_after_header "$1" "$2"
+}
+refuses_after_header() {
+  "$program" eval BBQAL2 <in >out 2>err
+  one_line "$1" $? 1 "$2"
+}
+bad_row "row: text" "stdin:3: theta_r_deg: 'abc' is not a number" 0.55,1,abc,3
+bad_row "row: empty field" "stdin:3: phi_deg: ''" 0.55,1,2,
+bad_row "row: nan" "stdin:3: lambda_um" nan,1,2,3
+bad_row "row: infinite" "stdin:3: phi_deg" 0.55,1,2,inf
+bad_row "row: below the horizon" "stdin:3: theta_i_deg: 91 is not in 0 to 90" 0.55,91,2,3
+bad_row "row: negative wavelength" "stdin:3: lambda_um: -1 is not positive" -1,1,2,3
+bad_row "row: outside the index data" "stdin:3: .*0\.7" 0.9,1,2,3
+bad_row "row: too short" "stdin:3: 3 fields where the header names 4" 0.55,1,2
+bad_row "row: too long" "stdin:3: 5 fields" 0.55,1,2,3,4
+bad_row "row: open quote" "stdin:3: .*quote" '"0.55,1,2,3'
+check "rows before a bad one are answered" test "$(wc -l <out)" = 2
+printf '%s\n0.9,1,2,3\n' "$header" >in
+"$program" eval BBQAL2 --extrapolate <in >out 2>err
+check "extrapolation by name" test $? = 0
+: >in
+refuses "eval: no input" 1 "no input" eval BBQAL2
+echo lambda_um,theta_i_deg,phi_deg >in
+refuses "header: column missing" 1 "stdin:1: no column 'theta_r_deg'" eval BBQAL2
+echo "$header" >in
+refuses "header: no material" 1 "no column 'sigma0_um', and no SURFACE" eval
+echo "$header,phi_deg" >in
+refuses "header: twice" 1 "'phi_deg' is there twice" eval BBQAL2
+echo "$header,n" >in
+refuses "header: n without k" 1 "belong together" eval BBQAL2
+echo "$header,total" >in
+refuses "header: an output column" 1 "'total'.*rename" eval BBQAL2
+printf '%s\n0.55,1,2,\0003\n' "$header" >in
+refuses_after_header "binary input" "stdin:2: .*NUL"
+{ echo "$header"; head -c 70000 /dev/zero | tr '\0' 1; } >in
+refuses_after_header "endless line" "stdin:2: .*longer"
+"$program" eval BBQAL2 <folder.h5 >out 2>err
+one_line "a directory as input" $? 1 "stdin: Is a directory"
+: >in
+
+# ---- bench -------------------------------------------------------------------------------------
+
+works "bench" bench smooth --samples 200 --repeats 1 --csv bench.csv
+check "bench table" has '^smooth +rows +float'
+check "bench header" test "$(head -1 bench.csv)" = "surface,method,precision,tolerance,\
+entries_per_s,ratio_literal,ratio_store,max_rel,p99_rel,rms_rel,samples,device,version"
+check "bench baselines" test "$(grep -Ec '^smooth,(literal|store),' bench.csv)" -ge 2
+refuses "bench: existing file" 1 "bench.csv exists" bench smooth --csv bench.csv
+refuses "bench: unknown surface" 1 "NOSUCH" bench NOSUCH
+
+# ---- terminals ---------------------------------------------------------------------------------
+
+works "no progress on a pipe" tabulate BBQAL2 -o pipe.h5 --samples 0
+if command -v script >/dev/null; then
+  rm -f pipe.h5
+  script -qec "'$program' tabulate BBQAL2 -o pty.h5 --compress 1 --samples 0 >/dev/null" /dev/null \
+    >out 2>&1 </dev/null
+  check "progress on a terminal" has 'BBQAL2.*%.*entries/s.*left'
+  check "progress is cleared" test "$(tail -c 4 out)" = $'\r\033[K'
+  script -qec "'$program' tabulate BBQAL2 -o pty.h5 --force --quiet" /dev/null >out 2>&1 </dev/null
+  check "quiet on a terminal" test ! -s out
+else
+  skip "progress on a terminal: no script(1)"
+fi
+rm -f pipe.h5 pty.h5
+
+# ---- interruption ------------------------------------------------------------------------------
+
+mkdir stop
+echo precious >stop/old.h5
+# stopped SIGNAL: sends it while a big table is being compressed; leaves the status in $status. env
+# undoes that shells let background jobs ignore SIGINT.
+stopped() {
+  env --default-signal=INT "$program" tabulate BBQAL2 -o stop/old.h5 -o stop/new.h5 --force \
+    --compress 9 --wavelengths 400:700:5 >out 2>err &
+  local pid=$!
+  sleep 1.5
+  kill -0 $pid 2>/dev/null || fail "interruption came too late: the table was done"
+  kill -"$1" $pid
+  { wait $pid; } 2>/dev/null
+  status=$?
+}
+unharmed() { [ "$(cat stop/old.h5)" = precious ] && [ "$(ls -A stop)" = old.h5 ]; }
+for signal in INT:130 TERM:143 HUP:129; do
+  stopped ${signal%:*}
+  one_line "SIG${signal%:*}" $status ${signal#*:} "stopped by SIG${signal%:*}"
+  check "SIG${signal%:*} harms nothing" unharmed
+done
+stopped KILL
+check "SIGKILL status" test $status = 137
+if /usr/bin/python3 -c 'import os; os.open("stop", os.O_TMPFILE | os.O_WRONLY)' 2>/dev/null; then
+  check "SIGKILL harms nothing" unharmed
+else
+  check "SIGKILL leaves the old file" test "$(cat stop/old.h5)" = precious
+  skip "SIGKILL leaves no litter: no O_TMPFILE in $work"
+fi
+
+# ---- a full disk -------------------------------------------------------------------------------
+
+mkdir tiny
+if [ "$(id -u)" = 0 ] && mount -t tmpfs -o size=4m none tiny 2>/dev/null; then
+  mounted=$work/tiny
+  echo precious >tiny/old.h5
+  refuses "full disk, h5" 1 "tiny/old.h5.*(No space left|full)" tabulate BBQAL2 -o tiny/old.h5 --force
+  refuses "full disk, merl" 1 "tiny/m.binary.*(No space left|full)" tabulate BBQAL2 -o tiny/m.binary
+  check "full disk harms nothing" test "$(ls -A tiny; cat tiny/old.h5)" = $'old.h5\nprecious'
+  head -c 4m /dev/zero >tiny/filler 2>/dev/null
+  refuses "full disk, bench" 1 "tiny/b.csv" bench smooth --samples 200 --repeats 1 --quiet \
+    --csv tiny/b.csv
+  umount tiny && mounted=
+else
+  skip "full disk: mounting a small tmpfs takes root"
+fi
+
+echo "$passed passed, $failed failed, $skipped skipped"
+[ $failed = 0 ]
