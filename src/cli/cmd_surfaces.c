@@ -38,14 +38,22 @@ static int list_json(void) {
   return cli_json_print(json_pack("{so so}", "presets", presets, "metals", metals));
 }
 
+enum { NAME_COLUMN = 2, TEXT_COLUMN = 20 };
+
+static void print_entry(const char *name, const char *text) {
+  int column = printf("%*s%s", NAME_COLUMN, "", name);
+  cli_print_wrapped(text, TEXT_COLUMN, column);
+}
+
 static int list_text(void) {
   puts("Presets:");
   for (size_t i = 0; i < hetab_preset_count(); i++)
-    printf("  %-16s %s\n", hetab_preset_name(i), hetab_preset_description(i));
-  puts("\nMetals (index: SYMBOL in a surface's YAML):");
-  for (size_t i = 0; i < hetab_metal_count(); i++)
-    printf("  %-10s %-28s %s\n", hetab_metal_symbol(i), hetab_metal_name(i),
-           hetab_metal_citation(i));
+    print_entry(hetab_preset_name(i), hetab_preset_description(i));
+  puts("\nMetals ('index: SYMBOL' in a surface's YAML):");
+  for (size_t i = 0; i < hetab_metal_count(); i++) {
+    print_entry(hetab_metal_symbol(i), hetab_metal_name(i));
+    print_entry("", hetab_metal_citation(i));
+  }
   puts("\n'hetab surfaces NAME' prints one, to start from.");
   return CLI_OK;
 }
