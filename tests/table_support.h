@@ -39,6 +39,7 @@ static inline int tear_down(void **state) {
   fixture *made = *state;
   char command[64];
   hetab_context_free(made->ctx);
+  umount2("small", MNT_DETACH); /* where a test failed before it could */
   snprintf(command, sizeof command, "rm -rf %s", made->directory);
   return chdir("/") || system(command) ? -1 : 0;
 }
@@ -97,19 +98,29 @@ static inline unsigned char *get_file(const char *path, size_t *size) {
   return data;
 }
 
-/* Mounts a disk of `size` ("1m") at ./small, or skips the test. */
-static inline void mount_small(const char *size) {
+/* Mounts a disk of `bytes` at ./small. */
+static inline int try_mount_small(long long bytes) {
   char options[32];
-  snprintf(options, sizeof options, "size=%s", size);
-  assert_int_equal(mkdir("small", 0777), 0);
-  if (mount("none", "small", "tmpfs", 0, options)) {
-    print_message("skipped: no small file system can be mounted here (needs root)\n");
-    skip();
-  }
+  snprintf(options, sizeof options, "size=%lld", bytes);
+  mkdir("small", 0777);
+  return mount("none", "small", "tmpfs", 0, options);
+}
+
+static inline void mount_small(long long bytes) {
+  assert_int_equal(try_mount_small(bytes), 0);
 }
 
 static inline void unmount_small(void) {
   assert_int_equal(umount2("small", MNT_DETACH), 0);
+}
+
+/* Skips the test where nothing can be mounted. */
+static inline void require_mounting(void) {
+  if (try_mount_small(1 << 16)) {
+    print_message("skipped: no small disk can be mounted here (needs root)\n");
+    skip();
+  }
+  unmount_small();
 }
 
 /* Runs `work` in a child that is killed with SIGKILL once it calls pause_to_be_killed(). */

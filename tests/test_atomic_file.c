@@ -169,10 +169,11 @@ static void test_failing_sync(void **state) {
 
 static void test_full_disk(void **state) {
   fixture *f = *state;
+  require_mounting();
   hetab_atomic_file *file;
   char block[1 << 16] = {0};
   hetab_status status = HETAB_OK;
-  mount_small("256k");
+  mount_small(256 << 10);
   put_file("small/a", "old", 3);
   assert_ok(f->ctx, hetab_atomic_create(f->ctx, "small/a", 1, &file));
   assert_failure(f->ctx, hetab_atomic_reserve(f->ctx, file, 1 << 20), HETAB_ERR_IO,

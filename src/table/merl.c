@@ -1,0 +1,258 @@
+#include <hetab/merl.h>
+
+#include <errno.h>
+#include <fcntl.h>
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "core/context.h"
+#include "table/atomic_file.h"
+
+_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__,
+               "MERL files are little-endian, and this file writes memory as it is");
+
+enum { CHANNELS = 3, BUFFER_CELLS = 16384 };
+static const int32_t file_dims[3] = {HETAB_MERL_THETA_H, HETAB_MERL_THETA_D, HETAB_MERL_PHI_D};
+static const long long file_bytes = (long long)sizeof file_dims + (long long)CHANNELS *
+                                                                      HETAB_MERL_CELLS *
+                                                                      (long long)sizeof(double);
+static const double file_scale[CHANNELS] = {1.0 / 1500, 1.15 / 1500, 1.66 / 1500};
+static const double below_horizon = -1;
+static const double half_pi = 1.57079632679489661923;
+static const double pi = 3.14159265358979323846;
+
+struct hetab_merl {
+  double values[CHANNELS][HETAB_MERL_CELLS];
+};
+
+hetab_status hetab_merl_create(hetab_context *ctx, hetab_merl **out) {
+  *out = hetab_alloc(ctx, 1, sizeof **out);
+  if (!*out)
+    return HETAB_ERR_MEMORY;
+  for (int c = 0; c < CHANNELS; c++)
+    for (size_t i = 0; i < HETAB_MERL_CELLS; i++)
+      (*out)->values[c][i] = below_horizon;
+  return HETAB_OK;
+}
+
+void hetab_merl_free(hetab_merl *merl) {
+  free(merl);
+}
+
+double *hetab_merl_channel(hetab_merl *merl, int channel) {
+  return merl->values[channel];
+}
+
+const double *hetab_merl_channel_const(const hetab_merl *merl, int channel) {
+  return merl->values[channel];
+}
+
+/* --- writing -------------------------------------------------------------------------------- */
+
+static int is_below_horizon(const hetab_merl *merl, size_t cell) {
+  for (int c = 0; c < CHANNELS; c++)
+    if (merl->values[c][cell] != below_horizon)
+      return 0;
+  return 1;
+}
+
+static int is_radiant(const hetab_merl *merl, size_t cell) {
+  for (int c = 0; c < CHANNELS; c++)
+    if (!(merl->values[c][cell] >= 0 && isfinite(merl->values[c][cell])))
+      return 0;
+  return 1;
+}
+
+/* A negative value that is not the mark of all three channels would be lost on every reader: they
+ * take any negative channel for a cell below the horizon. */
+static hetab_status check_cells(hetab_context *ctx, const hetab_merl *merl, const char *path) {
+  for (size_t i = 0; i < HETAB_MERL_CELLS; i++)
+    if (!is_radiant(merl, i) && !is_below_horizon(merl, i))
+      return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
+                        "'%s' not written: cell theta_h %zu, theta_d %zu, phi_d %zu holds "
+                        "(%g, %g, %g); give three finite values >= 0, or three -1 (below the "
+                        "horizon)",
+                        path, i / (HETAB_MERL_PHI_D * HETAB_MERL_THETA_D),
+                        i / HETAB_MERL_PHI_D % HETAB_MERL_THETA_D, i % HETAB_MERL_PHI_D,
+                        merl->values[0][i], merl->values[1][i], merl->values[2][i]);
+  return HETAB_OK;
+}
+
+static hetab_status write_channel(hetab_context *ctx, hetab_atomic_file *file, const double *values,
+                                  double scale) {
+  double buffer[BUFFER_CELLS];
+  for (size_t first = 0; first < HETAB_MERL_CELLS; first += BUFFER_CELLS) {
+    size_t left = HETAB_MERL_CELLS - first;
+    size_t count = left < BUFFER_CELLS ? left : BUFFER_CELLS;
+    for (size_t i = 0; i < count; i++) {
+      double value = values[first + i];
+      buffer[i] = value < 0 ? below_horizon : value / scale;
+    }
+    HETAB_TRY(hetab_atomic_write(ctx, file, buffer, count * sizeof *buffer));
+  }
+  return HETAB_OK;
+}
+
+hetab_status hetab_merl_save(hetab_context *ctx, const hetab_merl *merl, const char *path,
+                             int overwrite) {
+  hetab_atomic_file *file;
+  hetab_status status;
+  HETAB_TRY(check_cells(ctx, merl, path));
+  HETAB_TRY(hetab_atomic_create(ctx, path, overwrite, &file));
+  HETAB_GOTO(hetab_atomic_reserve(ctx, file, (unsigned long long)file_bytes));
+  HETAB_GOTO(hetab_atomic_write(ctx, file, file_dims, sizeof file_dims));
+  for (int c = 0; c < CHANNELS; c++)
+    HETAB_GOTO(write_channel(ctx, file, merl->values[c], file_scale[c]));
+  return hetab_atomic_commit(ctx, file);
+done:
+  hetab_atomic_abort(file);
+  return status;
+}
+
+/* --- reading -------------------------------------------------------------------------------- */
+
+static hetab_status read_exactly(hetab_context *ctx, FILE *file, const char *path, void *data,
+                                 size_t size) {
+  if (fread(data, 1, size, file) == size)
+    return HETAB_OK;
+  if (ferror(file))
+    return hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': %m", path);
+  return hetab_fail(ctx, HETAB_ERR_PARSE,
+                    "'%s' is truncated: a MERL file of 90 x 90 x 180 cells has %lld bytes; get a "
+                    "complete copy",
+                    path, file_bytes);
+}
+
+static int is_byte_swapped(const int32_t dims[3]) {
+  for (int i = 0; i < 3; i++)
+    if ((int32_t)__builtin_bswap32((uint32_t)dims[i]) != file_dims[i])
+      return 0;
+  return 1;
+}
+
+static hetab_status check_dims(hetab_context *ctx, const char *path, const int32_t dims[3]) {
+  if (memcmp(dims, file_dims, sizeof file_dims) == 0)
+    return HETAB_OK;
+  if (is_byte_swapped(dims))
+    return hetab_fail(ctx, HETAB_ERR_PARSE,
+                      "'%s' is a big-endian MERL file; swap its bytes: MERL is little-endian",
+                      path);
+  return hetab_fail(ctx, HETAB_ERR_PARSE,
+                    "'%s' is no MERL file: it begins with the dimensions %d x %d x %d in place of "
+                    "90 x 90 x 180",
+                    path, (int)dims[0], (int)dims[1], (int)dims[2]);
+}
+
+static hetab_status check_length(hetab_context *ctx, FILE *file, const char *path) {
+  struct stat about;
+  if (fstat(fileno(file), &about))
+    return hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': %m", path);
+  if (!S_ISREG(about.st_mode))
+    return hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': it is not a regular file", path);
+  if (about.st_size != file_bytes)
+    return hetab_fail(ctx, HETAB_ERR_PARSE,
+                      "'%s' has %lld bytes, but a MERL file of 90 x 90 x 180 cells has %lld; get a "
+                      "complete copy",
+                      path, (long long)about.st_size, file_bytes);
+  return HETAB_OK;
+}
+
+/* Stored numbers to 1/sr. A cell with one negative channel is below the horizon to every reader. */
+static hetab_status unscale(hetab_context *ctx, hetab_merl *merl, const char *path) {
+  for (size_t i = 0; i < HETAB_MERL_CELLS; i++) {
+    int below = 0;
+    for (int c = 0; c < CHANNELS; c++) {
+      if (!isfinite(merl->values[c][i]))
+        return hetab_fail(ctx, HETAB_ERR_PARSE,
+                          "'%s' is damaged: value %zu of channel %d is not a number; get a "
+                          "complete copy",
+                          path, i, c);
+      below |= merl->values[c][i] < 0;
+    }
+    for (int c = 0; c < CHANNELS; c++)
+      merl->values[c][i] = below ? below_horizon : merl->values[c][i] * file_scale[c];
+  }
+  return HETAB_OK;
+}
+
+static hetab_status read_file(hetab_context *ctx, FILE *file, const char *path, hetab_merl *merl) {
+  int32_t dims[3];
+  HETAB_TRY(read_exactly(ctx, file, path, dims, sizeof dims));
+  HETAB_TRY(check_dims(ctx, path, dims));
+  HETAB_TRY(check_length(ctx, file, path));
+  HETAB_TRY(read_exactly(ctx, file, path, merl->values, sizeof merl->values));
+  return unscale(ctx, merl, path);
+}
+
+hetab_status hetab_merl_load(hetab_context *ctx, const char *path, hetab_merl **out) {
+  *out = NULL;
+  FILE *file = fopen(path, "rbe");
+  if (!file)
+    return hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': %m", path);
+  hetab_merl *merl = hetab_alloc(ctx, 1, sizeof *merl);
+  hetab_status status = merl ? read_file(ctx, file, path, merl) : HETAB_ERR_MEMORY;
+  fclose(file);
+  if (status == HETAB_OK)
+    *out = merl;
+  else
+    hetab_merl_free(merl);
+  return status;
+}
+
+/* --- looking up ----------------------------------------------------------------------------- */
+
+/* Half and difference angles as the reference reader finds them: the light's direction, turned so
+ * that the half vector becomes the pole. */
+typedef struct half_diff {
+  double theta_h, theta_d, phi_d;
+} half_diff;
+
+/* Where an azimuth is undefined or the three directions lie in one plane, all that rounding leaves
+ * of a component is its noise, and the noise would choose the cell. */
+static double without_noise(double component) {
+  return fabs(component) < 1e-15 ? 0 : component;
+}
+
+static half_diff half_diff_angles(double theta_i, double theta_r, double phi) {
+  double lx = sin(theta_i), lz = cos(theta_i); /* the light, at azimuth 0 */
+  double hx = without_noise(lx + sin(theta_r) * cos(phi));
+  double hy = without_noise(sin(theta_r) * sin(phi));
+  double hz = without_noise(lz + cos(theta_r));
+  double hxy = hypot(hx, hy), length = hypot(hxy, hz);
+  double cos_h = length > 0 ? hz / length : 1, sin_h = length > 0 ? hxy / length : 0;
+  double cos_p = hxy > 0 ? hx / hxy : 1, sin_p = hxy > 0 ? hy / hxy : 0;
+  double turned = lx * cos_p; /* x of the light when the half vector has azimuth 0 */
+  double dx = without_noise(turned * cos_h - lz * sin_h);
+  double dy = without_noise(-lx * sin_p);
+  double dz = turned * sin_h + lz * cos_h;
+  return (half_diff){atan2(hxy, hz), atan2(hypot(dx, dy), dz), atan2(dy, dx)};
+}
+
+/* Truncated to an index, as the reference reader does; NaN to the first one. */
+static size_t truncated(double position, size_t count) {
+  if (!(position > 0))
+    return 0;
+  return position < (double)count ? (size_t)position : count - 1;
+}
+
+size_t hetab_merl_cell(double theta_i, double theta_r, double phi) {
+  half_diff angles = half_diff_angles(theta_i, theta_r, phi);
+  /* f(i, r) = f(r, i): phi_d and phi_d + pi share a cell. */
+  double phi_d = angles.phi_d < 0 ? angles.phi_d + pi : angles.phi_d;
+  double theta_h_deg = angles.theta_h / half_pi * 90;
+  size_t h = truncated(sqrt(theta_h_deg * HETAB_MERL_THETA_H), HETAB_MERL_THETA_H);
+  size_t d = truncated(angles.theta_d / half_pi * HETAB_MERL_THETA_D, HETAB_MERL_THETA_D);
+  size_t p = truncated(phi_d / pi * HETAB_MERL_PHI_D, HETAB_MERL_PHI_D);
+  return (h * HETAB_MERL_THETA_D + d) * HETAB_MERL_PHI_D + p;
+}
+
+void hetab_merl_lookup(const hetab_merl *merl, double theta_i, double theta_r, double phi,
+                       double rgb[3]) {
+  size_t cell = hetab_merl_cell(theta_i, theta_r, phi);
+  for (int c = 0; c < CHANNELS; c++)
+    rgb[c] = merl->values[c][cell];
+}
