@@ -37,10 +37,14 @@ hetab_status hetab_h5_create(hetab_context *ctx, const char *path, const hetab_s
                              hetab_h5_writer **out);
 /* A hetab_slab_fn; user is the writer. */
 hetab_status hetab_h5_write_slab(hetab_context *ctx, void *writer, const hetab_slab *slab);
+/* rho_s[wavelength][theta_i], as hetab_specular_reflectance() gives it over the grid's theta_i. */
+hetab_status hetab_h5_write_specular(hetab_context *ctx, hetab_h5_writer *writer,
+                                     const double *rho_s);
 /* Stores method, precision, device and the measured error as attributes. */
 hetab_status hetab_h5_write_report(hetab_context *ctx, hetab_h5_writer *writer,
                                    const hetab_engine *engine, const hetab_report *report);
-/* fsync and publish under the path; frees the writer, whatever the outcome. */
+/* fsync and publish under the path; frees the writer, whatever the outcome. HETAB_ERR_ARGUMENT if
+ * a slab or the specular reflectance has not been written: tables have no holes. */
 hetab_status hetab_h5_commit(hetab_context *ctx, hetab_h5_writer *writer);
 /* Drop everything written; NULL is fine. */
 void hetab_h5_abort(hetab_h5_writer *writer);

@@ -1,0 +1,32 @@
+/* What the HDF5 writer and reader share: files on open descriptors, and errors. */
+#ifndef HETAB_TABLE_H5_COMMON_H
+#define HETAB_TABLE_H5_COMMON_H
+
+#include <hdf5.h>
+#include <hetab/status.h>
+
+/* HDF5 keeps a file open, and tries again at exit, if a write fails while it closes it. This driver
+ * therefore never tells it: the first failure is kept here, later writes go nowhere, and whoever
+ * owns the descriptor looks at `error` before believing in what was written. */
+typedef struct hetab_h5_descriptor {
+  int fd;    /* not closed with the HDF5 file */
+  int error; /* errno of the first write that failed; writes are dropped while it is not 0 */
+} hetab_h5_descriptor;
+
+/* A new table, or an existing one for reading, on the descriptor, which must outlive the file.
+ * Negative on failure. */
+hid_t hetab_h5_file_create(hetab_h5_descriptor *descriptor);
+hid_t hetab_h5_file_open(hetab_h5_descriptor *descriptor);
+
+/* Between begin and end HDF5 prints no errors: the innermost message of the first is kept here.
+ * The caller's own setting comes back after. */
+typedef struct hetab_h5_errors {
+  char text[200];
+  H5E_auto2_t print;
+  void *print_data;
+} hetab_h5_errors;
+
+void hetab_h5_errors_begin(hetab_h5_errors *errors);
+void hetab_h5_errors_end(const hetab_h5_errors *errors);
+
+#endif

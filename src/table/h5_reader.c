@@ -1,0 +1,334 @@
+#include <hetab/table.h>
+
+#include <errno.h>
+#include <fcntl.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <hdf5.h>
+
+#include "core/context.h"
+#include "table/h5_common.h"
+
+/* Axes of /brdf, in its order. */
+enum { WAVELENGTH, THETA_I, THETA_R, PHI, RANK };
+
+/* Longer axes are damage, or an attack on the memory. */
+enum { MAX_COUNT = 100000 };
+
+static const char *const axis_paths[RANK] = {"wavelength", "theta_i", "theta_r", "phi"};
+
+struct hetab_h5_table {
+  char *path; /* for messages */
+  hetab_h5_descriptor descriptor;
+  hid_t h5, brdf;
+  hsize_t dims[RANK];
+  double *lambda_um;
+  hetab_grid *grid;
+};
+
+/* --- datasets ------------------------------------------------------------------------------- */
+
+static int is_float(hid_t dataset) {
+  hid_t type = H5Dget_type(dataset);
+  H5T_class_t class = H5Tget_class(type);
+  H5Tclose(type);
+  return class == H5T_FLOAT;
+}
+
+/* The rank and, if it is `rank`, the dimensions; negative on failure. */
+static int get_dims(hid_t dataset, int rank, hsize_t *dims) {
+  hid_t space = H5Dget_space(dataset);
+  int found = H5Sget_simple_extent_ndims(space);
+  if (found == rank)
+    H5Sget_simple_extent_dims(space, dims, NULL);
+  H5Sclose(space);
+  return found;
+}
+
+/* Opens a dataset of floating-point numbers and `rank` axes; the caller closes it. */
+static hetab_status open_dataset(hetab_context *ctx, const hetab_h5_table *table, const char *name,
+                                 int rank, hsize_t *dims, hid_t *out) {
+  hetab_status status = HETAB_OK;
+  if (H5Lexists(table->h5, name, H5P_DEFAULT) <= 0)
+    return hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' is no hetab table: /%s is missing", table->path,
+                      name);
+  hid_t dataset = H5Dopen2(table->h5, name, H5P_DEFAULT);
+  if (dataset < 0)
+    return hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' is no hetab table: /%s is not a dataset",
+                      table->path, name);
+  int found = get_dims(dataset, rank, dims);
+  if (found != rank)
+    status = hetab_fail(ctx, HETAB_ERR_PARSE, "'%s': /%s has %d dimensions in place of %d",
+                        table->path, name, found, rank);
+  else if (!is_float(dataset))
+    status = hetab_fail(ctx, HETAB_ERR_PARSE, "'%s': /%s does not hold floating-point numbers",
+                        table->path, name);
+  if (status == HETAB_OK)
+    *out = dataset;
+  else
+    H5Dclose(dataset);
+  return status;
+}
+
+/* The same, with the sizes of the leading axes. */
+static hetab_status open_over_axes(hetab_context *ctx, const hetab_h5_table *table,
+                                   const char *name, int rank, hid_t *out) {
+  hsize_t dims[RANK];
+  hid_t dataset;
+  HETAB_TRY(open_dataset(ctx, table, name, rank, dims, &dataset));
+  for (int i = 0; i < rank; i++)
+    if (dims[i] != table->dims[i]) {
+      H5Dclose(dataset);
+      return hetab_fail(ctx, HETAB_ERR_PARSE,
+                        "'%s': dimension %d of /%s has %llu entries, but /%s has %llu", table->path,
+                        i, name, (unsigned long long)dims[i], axis_paths[i],
+                        (unsigned long long)table->dims[i]);
+    }
+  *out = dataset;
+  return HETAB_OK;
+}
+
+static hetab_status read_failed(hetab_context *ctx, const hetab_h5_table *table, const char *name,
+                                const hetab_h5_errors *errors) {
+  return hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' is damaged: /%s cannot be read: HDF5: %s",
+                    table->path, name, errors->text);
+}
+
+/* --- axes ----------------------------------------------------------------------------------- */
+
+/* An axis's values; free() them. */
+static hetab_status read_axis(hetab_context *ctx, hetab_h5_table *table, int axis, double **out,
+                              const hetab_h5_errors *errors) {
+  const char *name = axis_paths[axis];
+  hetab_status status = HETAB_OK;
+  double *values = NULL;
+  hid_t dataset;
+  HETAB_TRY(open_dataset(ctx, table, name, 1, &table->dims[axis], &dataset));
+  hsize_t count = table->dims[axis];
+  if (!count || count > MAX_COUNT)
+    HETAB_GOTO(hetab_fail(ctx, HETAB_ERR_PARSE, "'%s': /%s has %llu entries; 1 to %d make sense",
+                          table->path, name, (unsigned long long)count, MAX_COUNT));
+  values = hetab_alloc(ctx, (size_t)count, sizeof *values);
+  if (!values)
+    HETAB_GOTO(HETAB_ERR_MEMORY);
+  if (H5Dread(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) < 0)
+    HETAB_GOTO(read_failed(ctx, table, name, errors));
+  *out = values;
+  values = NULL;
+done:
+  free(values);
+  H5Dclose(dataset);
+  return status;
+}
+
+static hetab_status read_wavelengths(hetab_context *ctx, hetab_h5_table *table,
+                                     const hetab_h5_errors *errors) {
+  HETAB_TRY(read_axis(ctx, table, WAVELENGTH, &table->lambda_um, errors));
+  double last = 0;
+  for (hsize_t i = 0; i < table->dims[WAVELENGTH]; i++) {
+    double nm = table->lambda_um[i];
+    if (!(nm > last && isfinite(nm)))
+      return hetab_fail(ctx, HETAB_ERR_PARSE,
+                        "'%s': entry %llu of /wavelength is %g nm; wavelengths are positive and "
+                        "ascend",
+                        table->path, (unsigned long long)i, nm);
+    last = nm;
+    table->lambda_um[i] = nm / 1e3;
+  }
+  return HETAB_OK;
+}
+
+static hetab_status read_angles(hetab_context *ctx, hetab_h5_table *table, hetab_axis axis,
+                                const hetab_h5_errors *errors) {
+  int path = THETA_I + (int)axis;
+  double *deg;
+  HETAB_TRY(read_axis(ctx, table, path, &deg, errors));
+  hetab_status status =
+      hetab_grid_set_values(ctx, table->grid, axis, deg, (size_t)table->dims[path]);
+  free(deg);
+  if (status == HETAB_ERR_ARGUMENT) {
+    char reason[256];
+    strncpy(reason, hetab_error_message(ctx), sizeof reason - 1);
+    reason[sizeof reason - 1] = '\0';
+    return hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' has a bad %s", table->path, reason);
+  }
+  return status;
+}
+
+/* --- opening -------------------------------------------------------------------------------- */
+
+static hetab_status open_descriptor(hetab_context *ctx, hetab_h5_table *table) {
+  static const unsigned char signature[8] = {0x89, 'H', 'D', 'F', '\r', '\n', 0x1a, '\n'};
+  unsigned char start[sizeof signature];
+  struct stat about;
+  table->descriptor.fd = open(table->path, O_RDONLY | O_CLOEXEC);
+  if (table->descriptor.fd < 0 || fstat(table->descriptor.fd, &about))
+    return hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': %m", table->path);
+  if (!S_ISREG(about.st_mode))
+    return hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': it is not a regular file", table->path);
+  if (pread(table->descriptor.fd, start, sizeof start, 0) != (ssize_t)sizeof start ||
+      memcmp(start, signature, sizeof start) != 0)
+    return hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' is not an HDF5 file", table->path);
+  return HETAB_OK;
+}
+
+/* Where a chunk is missing HDF5 would leave the reader's memory as it is. */
+static hetab_status check_complete(hetab_context *ctx, const hetab_h5_table *table) {
+  hsize_t chunk[RANK], expected = 1, found = 0;
+  hid_t list = H5Dget_create_plist(table->brdf);
+  int chunked = H5Pget_layout(list) == H5D_CHUNKED && H5Pget_chunk(list, RANK, chunk) == RANK;
+  H5Pclose(list);
+  if (!chunked)
+    return hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' is no hetab table: /brdf is not chunked",
+                      table->path);
+  for (int i = 0; i < RANK; i++)
+    expected *= (table->dims[i] + chunk[i] - 1) / chunk[i];
+  hid_t space = H5Dget_space(table->brdf);
+  H5Dget_num_chunks(table->brdf, space, &found);
+  H5Sclose(space);
+  if (found != expected)
+    return hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' is incomplete: /brdf has %llu of %llu chunks",
+                      table->path, (unsigned long long)found, (unsigned long long)expected);
+  return HETAB_OK;
+}
+
+static hetab_status open_datasets(hetab_context *ctx, hetab_h5_table *table,
+                                  const hetab_h5_errors *errors) {
+  static const struct {
+    const char *name;
+    int rank;
+  } others[] = {{"specular_reflectance", 2}, {"uniform_diffuse", 1}, {"n", 1}, {"k", 1}};
+  table->h5 = hetab_h5_file_open(&table->descriptor);
+  if (table->h5 < 0)
+    return hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' is damaged or truncated: HDF5: %s", table->path,
+                      errors->text);
+  HETAB_TRY(read_wavelengths(ctx, table, errors));
+  for (hetab_axis axis = 0; axis < HETAB_AXIS_COUNT; axis++)
+    HETAB_TRY(read_angles(ctx, table, axis, errors));
+  for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
+    hid_t dataset;
+    HETAB_TRY(open_over_axes(ctx, table, others[i].name, others[i].rank, &dataset));
+    H5Dclose(dataset);
+  }
+  HETAB_TRY(open_over_axes(ctx, table, "brdf", RANK, &table->brdf));
+  return check_complete(ctx, table);
+}
+
+hetab_status hetab_h5_open(hetab_context *ctx, const char *path, hetab_h5_table **out) {
+  hetab_h5_errors errors;
+  hetab_status status;
+  *out = NULL;
+  hetab_h5_table *table = hetab_alloc(ctx, 1, sizeof *table);
+  if (!table)
+    return HETAB_ERR_MEMORY;
+  table->descriptor.fd = -1;
+  table->h5 = table->brdf = H5I_INVALID_HID;
+  hetab_h5_errors_begin(&errors);
+  table->path = strdup(path);
+  if (!table->path)
+    HETAB_GOTO(hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for the name '%s'", path));
+  HETAB_GOTO(hetab_grid_create(ctx, &table->grid));
+  HETAB_GOTO(open_descriptor(ctx, table));
+  HETAB_GOTO(open_datasets(ctx, table, &errors));
+done:
+  hetab_h5_errors_end(&errors);
+  if (status == HETAB_OK)
+    *out = table;
+  else
+    hetab_h5_close(table);
+  return status;
+}
+
+void hetab_h5_close(hetab_h5_table *table) {
+  if (!table)
+    return;
+  if (table->h5 >= 0)
+    H5Fclose(table->h5); /* and the datasets that are open in it */
+  if (table->descriptor.fd >= 0)
+    close(table->descriptor.fd);
+  hetab_grid_free(table->grid);
+  free(table->lambda_um);
+  free(table->path);
+  free(table);
+}
+
+size_t hetab_h5_wavelength_count(const hetab_h5_table *table) {
+  return (size_t)table->dims[WAVELENGTH];
+}
+
+const double *hetab_h5_wavelengths_um(const hetab_h5_table *table) {
+  return table->lambda_um;
+}
+
+const hetab_grid *hetab_h5_grid(const hetab_h5_table *table) {
+  return table->grid;
+}
+
+/* --- reading -------------------------------------------------------------------------------- */
+
+static herr_t read_block(const hetab_h5_table *table, size_t wavelength, double *values) {
+  hsize_t start[RANK] = {wavelength, 0, 0, 0};
+  hsize_t count[RANK] = {1, table->dims[THETA_I], table->dims[THETA_R], table->dims[PHI]};
+  hid_t memory = H5Screate_simple(RANK, count, NULL);
+  hid_t space = H5Dget_space(table->brdf);
+  herr_t result = H5Sselect_hyperslab(space, H5S_SELECT_SET, start, NULL, count, NULL);
+  if (result >= 0)
+    result = H5Dread(table->brdf, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, values);
+  H5Sclose(space);
+  H5Sclose(memory);
+  return result;
+}
+
+hetab_status hetab_h5_read(hetab_context *ctx, hetab_h5_table *table, size_t wavelength,
+                           double *values) {
+  hetab_h5_errors errors;
+  if (wavelength >= table->dims[WAVELENGTH])
+    return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "'%s' has no wavelength %zu, only %zu of them",
+                      table->path, wavelength, (size_t)table->dims[WAVELENGTH]);
+  hetab_h5_errors_begin(&errors);
+  herr_t result = read_block(table, wavelength, values);
+  hetab_h5_errors_end(&errors);
+  return result < 0 ? read_failed(ctx, table, "brdf", &errors) : HETAB_OK;
+}
+
+hetab_status hetab_h5_read_specular(hetab_context *ctx, hetab_h5_table *table, double *values) {
+  hetab_h5_errors errors;
+  hetab_h5_errors_begin(&errors);
+  hid_t dataset = H5Dopen2(table->h5, "specular_reflectance", H5P_DEFAULT);
+  herr_t result = H5Dread(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values);
+  H5Dclose(dataset);
+  hetab_h5_errors_end(&errors);
+  return result < 0 ? read_failed(ctx, table, "specular_reflectance", &errors) : HETAB_OK;
+}
+
+/* One number, whatever its type in the file; negative if the attribute is something else. */
+static herr_t read_number(hid_t root, const char *name, double *value) {
+  hid_t attribute = H5Aopen(root, name, H5P_DEFAULT);
+  if (attribute < 0)
+    return -1;
+  hid_t type = H5Aget_type(attribute), space = H5Aget_space(attribute);
+  H5T_class_t class = H5Tget_class(type);
+  herr_t result = -1;
+  if ((class == H5T_FLOAT || class == H5T_INTEGER) && H5Sget_simple_extent_npoints(space) == 1)
+    result = H5Aread(attribute, H5T_NATIVE_DOUBLE, value);
+  H5Sclose(space);
+  H5Tclose(type);
+  H5Aclose(attribute);
+  return result;
+}
+
+hetab_status hetab_h5_number(hetab_context *ctx, hetab_h5_table *table, const char *name,
+                             double *value) {
+  hetab_h5_errors errors;
+  hetab_h5_errors_begin(&errors);
+  htri_t found = H5Aexists(table->h5, name);
+  herr_t result = found > 0 ? read_number(table->h5, name, value) : -1;
+  hetab_h5_errors_end(&errors);
+  if (result >= 0)
+    return HETAB_OK;
+  return hetab_fail(ctx, HETAB_ERR_PARSE, "'%s': the attribute '%s' %s", table->path, name,
+                    found > 0 ? "is not a number" : "is missing");
+}

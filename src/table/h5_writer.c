@@ -1,0 +1,467 @@
+#include <hetab/table.h>
+
+#include <errno.h>
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <hdf5.h>
+#include <hdf5_hl.h>
+
+#include "core/context.h"
+#include "table/atomic_file.h"
+#include "table/h5_common.h"
+
+/* Axes of /brdf, in its order. */
+enum { WAVELENGTH, THETA_I, THETA_R, PHI, RANK };
+
+/* Bytes of a chunk: enough to be read at a disk's speed, few enough for one lookup's sake. */
+enum { CHUNK_LEAST = 32 << 10, CHUNK_MOST = 1 << 20, COMPRESSING_CACHE = 8 << 20 };
+
+struct hetab_h5_writer {
+  hetab_atomic_file *file;
+  hetab_h5_descriptor descriptor;
+  hid_t h5, brdf, specular, slab_type;
+  hsize_t dims[RANK];
+  unsigned char *written; /* [wavelength][theta_i]: rows that are in the file */
+  size_t rows_left;
+  int specular_written;
+};
+
+/* --- attributes ----------------------------------------------------------------------------- */
+
+static herr_t put_attribute(hid_t object, const char *name, hid_t file_type, hid_t memory_type,
+                            const void *value) {
+  hid_t space = H5Screate(H5S_SCALAR);
+  hid_t attribute = H5Acreate2(object, name, file_type, space, H5P_DEFAULT, H5P_DEFAULT);
+  herr_t result = H5Awrite(attribute, memory_type, value);
+  H5Aclose(attribute);
+  H5Sclose(space);
+  return result;
+}
+
+static herr_t put_number(hid_t object, const char *name, double value) {
+  return put_attribute(object, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &value);
+}
+
+/* Of variable length, in UTF-8: what h5py gives back as str. */
+static herr_t put_text(hid_t object, const char *name, const char *value) {
+  hid_t type = H5Tcopy(H5T_C_S1);
+  H5Tset_size(type, H5T_VARIABLE);
+  H5Tset_cset(type, H5T_CSET_UTF8);
+  herr_t result = put_attribute(object, name, type, type, &value);
+  H5Tclose(type);
+  return result;
+}
+
+static herr_t put_words(hid_t object, const char *units, const char *long_name) {
+  return put_text(object, "units", units) < 0 ? -1 : put_text(object, "long_name", long_name);
+}
+
+static herr_t put_surface(hid_t root, const hetab_surface *surface) {
+  if (put_text(root, "name", hetab_surface_name(surface)) < 0 ||
+      put_number(root, "sigma0_um", hetab_surface_sigma0_um(surface)) < 0 ||
+      put_number(root, "tau_um", hetab_surface_tau_um(surface)) < 0 ||
+      put_text(root, "index_source", hetab_index_source(hetab_surface_index(surface))) < 0)
+    return -1;
+  return put_text(root, "hetab_version", hetab_version());
+}
+
+/* --- datasets ------------------------------------------------------------------------------- */
+
+/* No time stamps: the same table gives the same bytes. */
+static hid_t creation_list(void) {
+  hid_t list = H5Pcreate(H5P_DATASET_CREATE);
+  H5Pset_obj_track_times(list, 0);
+  return list;
+}
+
+/* A dataset of doubles, with its values unless those are NULL; negative on failure. */
+static hid_t put_doubles(hid_t file, const char *name, int rank, const hsize_t *dims,
+                         const double *values) {
+  hid_t space = H5Screate_simple(rank, dims, NULL);
+  hid_t list = creation_list();
+  hid_t dataset = H5Dcreate2(file, name, H5T_IEEE_F64LE, space, H5P_DEFAULT, list, H5P_DEFAULT);
+  H5Pclose(list);
+  H5Sclose(space);
+  if (dataset < 0 || !values)
+    return dataset;
+  if (H5Dwrite(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) >= 0)
+    return dataset;
+  H5Dclose(dataset);
+  return H5I_INVALID_HID;
+}
+
+static hid_t put_scale(hid_t file, const char *name, const char *units, const char *long_name,
+                       hsize_t count, const double *values) {
+  hid_t scale = put_doubles(file, name, 1, &count, values);
+  if (scale >= 0 && put_words(scale, units, long_name) >= 0 && H5DSset_scale(scale, name) >= 0)
+    return scale;
+  H5Dclose(scale);
+  return H5I_INVALID_HID;
+}
+
+/* Names the dataset's dimensions and attaches their scales. */
+static herr_t attach(hid_t dataset, int rank, const hid_t *scales) {
+  static const char *const labels[RANK] = {"wavelength", "theta_i", "theta_r", "phi"};
+  for (int i = 0; i < rank; i++)
+    if (H5DSset_label(dataset, (unsigned)i, labels[i]) < 0 ||
+        H5DSattach_scale(dataset, scales[i], (unsigned)i) < 0)
+      return -1;
+  return 0;
+}
+
+/* As `put_doubles`, over the leading axes, with its scales and words. */
+static hid_t put_quantity(hid_t file, const char *name, const char *units, const char *long_name,
+                          int rank, const hsize_t *dims, const hid_t *scales,
+                          const double *values) {
+  hid_t dataset = put_doubles(file, name, rank, dims, values);
+  if (dataset >= 0 && put_words(dataset, units, long_name) >= 0 &&
+      attach(dataset, rank, scales) >= 0)
+    return dataset;
+  H5Dclose(dataset);
+  return H5I_INVALID_HID;
+}
+
+/* All of phi and theta_r for one theta_i, so that slabs consist of whole chunks; more theta_i where
+ * that is little, part of theta_r where it is much. */
+static void choose_chunk(const hsize_t dims[RANK], size_t element, hsize_t chunk[RANK]) {
+  hsize_t row = dims[PHI] * element, block = row * dims[THETA_R];
+  chunk[WAVELENGTH] = chunk[THETA_I] = 1;
+  chunk[THETA_R] = dims[THETA_R];
+  chunk[PHI] = dims[PHI];
+  if (block < CHUNK_LEAST) {
+    hsize_t blocks = CHUNK_LEAST / block;
+    chunk[THETA_I] = blocks < dims[THETA_I] ? blocks : dims[THETA_I];
+  } else if (block > CHUNK_MOST) {
+    chunk[THETA_R] = CHUNK_MOST / row;
+  }
+}
+
+/* Space is allocated at once where its size is known, so that a full disk is found at once. */
+static hid_t brdf_creation_list(const hsize_t dims[RANK], const hetab_h5_options *options) {
+  hid_t list = creation_list();
+  hsize_t chunk[RANK];
+  choose_chunk(dims, options->element == HETAB_FLOAT ? 4 : 8, chunk);
+  H5Pset_chunk(list, RANK, chunk);
+  H5Pset_fill_time(list, H5D_FILL_TIME_NEVER);
+  H5Pset_alloc_time(list, options->compression ? H5D_ALLOC_TIME_INCR : H5D_ALLOC_TIME_EARLY);
+  if (options->compression) {
+    H5Pset_shuffle(list);
+    H5Pset_deflate(list, (unsigned)options->compression);
+  }
+  return list;
+}
+
+/* Uncompressed slabs pass by the chunk cache, straight to the file. */
+static hid_t create_brdf(hid_t file, const hsize_t dims[RANK], const hetab_h5_options *options) {
+  hid_t creation = brdf_creation_list(dims, options);
+  hid_t access = H5Pcreate(H5P_DATASET_ACCESS);
+  H5Pset_chunk_cache(access, options->compression ? 521 : 0,
+                     options->compression ? COMPRESSING_CACHE : 0, 1);
+  hid_t type = options->element == HETAB_FLOAT ? H5T_IEEE_F32LE : H5T_IEEE_F64LE;
+  hid_t space = H5Screate_simple(RANK, dims, NULL);
+  hid_t dataset = H5Dcreate2(file, "brdf", type, space, H5P_DEFAULT, creation, access);
+  H5Sclose(space);
+  H5Pclose(access);
+  H5Pclose(creation);
+  return dataset;
+}
+
+static hid_t put_brdf(hid_t file, const hsize_t dims[RANK], const hid_t scales[RANK],
+                      const hetab_h5_options *options) {
+  hid_t brdf = create_brdf(file, dims, options);
+  if (brdf >= 0 &&
+      put_words(brdf, "1/sr",
+                "BRDF, directional-diffuse plus uniform-diffuse; no cosine factor; the specular "
+                "delta is apart, in specular_reflectance") >= 0 &&
+      attach(brdf, RANK, scales) >= 0)
+    return brdf;
+  H5Dclose(brdf);
+  return H5I_INVALID_HID;
+}
+
+/* --- the layout ----------------------------------------------------------------------------- */
+
+/* The spectral quantities of the surface, as columns. */
+typedef struct columns {
+  double *wavelength_nm, *n, *k, *diffuse;
+} columns;
+
+/* 0.55 um is 550 nm, not 550 and a rounding error: wavelengths are decimal numbers of nm. */
+static double nanometres(double um) {
+  double nm = um * 1e3, decimal = round(nm * 1e6) / 1e6;
+  return fabs(nm - decimal) <= 1e-15 * nm ? decimal : nm;
+}
+
+static hetab_status split_columns(hetab_context *ctx, const hetab_surface *surface,
+                                  columns *columns) {
+  const hetab_band *bands = hetab_surface_bands(surface);
+  size_t count = hetab_surface_band_count(surface);
+  double *memory = hetab_alloc(ctx, 4 * count, sizeof *memory);
+  if (!memory)
+    return HETAB_ERR_MEMORY;
+  columns->wavelength_nm = memory;
+  columns->n = memory + count;
+  columns->k = memory + 2 * count;
+  columns->diffuse = memory + 3 * count;
+  for (size_t i = 0; i < count; i++) {
+    columns->wavelength_nm[i] = nanometres(bands[i].lambda_um);
+    columns->n[i] = bands[i].n;
+    columns->k[i] = bands[i].k;
+    columns->diffuse[i] = bands[i].diffuse_brdf;
+  }
+  return HETAB_OK;
+}
+
+static herr_t put_scales(hid_t file, const columns *columns, const hetab_grid *grid,
+                         const hsize_t dims[RANK], hid_t scales[RANK]) {
+  scales[WAVELENGTH] = put_scale(file, "wavelength", "nm", "vacuum wavelength", dims[WAVELENGTH],
+                                 columns->wavelength_nm);
+  scales[THETA_I] = put_scale(file, "theta_i", "degree", "angle of the light from the normal",
+                              dims[THETA_I], hetab_grid_deg(grid, HETAB_THETA_I));
+  scales[THETA_R] = put_scale(file, "theta_r", "degree", "angle of the viewer from the normal",
+                              dims[THETA_R], hetab_grid_deg(grid, HETAB_THETA_R));
+  scales[PHI] = put_scale(file, "phi", "degree",
+                          "azimuth of the viewer less that of the light; 180 is the mirror side",
+                          dims[PHI], hetab_grid_deg(grid, HETAB_PHI));
+  return scales[WAVELENGTH] < 0 || scales[THETA_I] < 0 || scales[THETA_R] < 0 || scales[PHI] < 0
+             ? -1
+             : 0;
+}
+
+static herr_t put_spectra(hid_t file, const columns *columns, const hsize_t dims[RANK],
+                          const hid_t scales[RANK]) {
+  hid_t n = put_quantity(file, "n", "1", "refractive index n + ik, real part", 1, dims, scales,
+                         columns->n);
+  hid_t k = put_quantity(file, "k", "1", "refractive index n + ik, imaginary part", 1, dims, scales,
+                         columns->k);
+  hid_t ud =
+      put_quantity(file, "uniform_diffuse", "1/sr", "uniform-diffuse BRDF, contained in brdf", 1,
+                   dims, scales, columns->diffuse);
+  H5Dclose(n);
+  H5Dclose(k);
+  H5Dclose(ud);
+  return n < 0 || k < 0 || ud < 0 ? -1 : 0;
+}
+
+static herr_t lay_out(hetab_h5_writer *writer, const hetab_surface *surface, const hetab_grid *grid,
+                      const columns *columns, const hetab_h5_options *options) {
+  hid_t scales[RANK];
+  hid_t file = writer->h5 = hetab_h5_file_create(&writer->descriptor);
+  if (file < 0 || put_surface(file, surface) < 0 ||
+      put_scales(file, columns, grid, writer->dims, scales) < 0 ||
+      put_spectra(file, columns, writer->dims, scales) < 0)
+    return -1;
+  writer->specular = put_quantity(file, "specular_reflectance", "1",
+                                  "reflectance of the specular delta, for unit irradiance", 2,
+                                  writer->dims, scales, NULL);
+  writer->brdf = put_brdf(file, writer->dims, scales, options);
+  for (int i = 0; i < RANK; i++)
+    H5Dclose(scales[i]);
+  return writer->specular < 0 || writer->brdf < 0 ? -1 : 0;
+}
+
+/* --- the interface -------------------------------------------------------------------------- */
+
+/* What became of a step. A write that failed comes before whatever HDF5 makes of it. */
+static hetab_status outcome(hetab_context *ctx, const hetab_h5_writer *writer, herr_t result,
+                            const hetab_h5_errors *errors) {
+  if (writer->descriptor.error)
+    return hetab_atomic_fail(ctx, writer->file, writer->descriptor.error);
+  if (result < 0)
+    return hetab_fail(ctx, HETAB_ERR_IO, "cannot write '%s': HDF5: %s",
+                      hetab_atomic_path(writer->file), errors->text);
+  return HETAB_OK;
+}
+
+static hetab_status check_options(hetab_context *ctx, const hetab_h5_options *options) {
+  if (options->compression < 0 || options->compression > 9)
+    return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
+                      "the compression level is %d; give 0 (none) to 9 (smallest)",
+                      options->compression);
+  if (options->compression && H5Zfilter_avail(H5Z_FILTER_DEFLATE) <= 0)
+    return hetab_fail(ctx, HETAB_ERR_UNSUPPORTED,
+                      "this HDF5 library was built without deflate; write uncompressed tables");
+  return HETAB_OK;
+}
+
+static hetab_status make_writer(hetab_context *ctx, const hetab_surface *surface,
+                                const hetab_grid *grid, const hetab_h5_options *options,
+                                hetab_h5_writer **out) {
+  hetab_h5_writer *writer = *out = hetab_alloc(ctx, 1, sizeof *writer);
+  if (!writer)
+    return HETAB_ERR_MEMORY;
+  writer->h5 = writer->brdf = writer->specular = H5I_INVALID_HID;
+  writer->slab_type = options->slabs == HETAB_FLOAT ? H5T_NATIVE_FLOAT : H5T_NATIVE_DOUBLE;
+  writer->dims[WAVELENGTH] = hetab_surface_band_count(surface);
+  writer->dims[THETA_I] = hetab_grid_count(grid, HETAB_THETA_I);
+  writer->dims[THETA_R] = hetab_grid_count(grid, HETAB_THETA_R);
+  writer->dims[PHI] = hetab_grid_count(grid, HETAB_PHI);
+  writer->rows_left = (size_t)(writer->dims[WAVELENGTH] * writer->dims[THETA_I]);
+  writer->written = hetab_alloc(ctx, writer->rows_left, 1);
+  return writer->written ? HETAB_OK : HETAB_ERR_MEMORY;
+}
+
+/* The file's structure, and the disk space that is known to be needed. */
+static hetab_status begin_table(hetab_context *ctx, hetab_h5_writer *writer,
+                                const hetab_surface *surface, const hetab_grid *grid,
+                                const hetab_h5_options *options) {
+  columns columns;
+  hetab_h5_errors errors;
+  hsize_t size = 0;
+  HETAB_TRY(split_columns(ctx, surface, &columns));
+  hetab_h5_errors_begin(&errors);
+  herr_t result = lay_out(writer, surface, grid, &columns, options);
+  if (result >= 0)
+    result = H5Fget_filesize(writer->h5, &size);
+  hetab_h5_errors_end(&errors);
+  free(columns.wavelength_nm);
+  HETAB_TRY(outcome(ctx, writer, result, &errors));
+  return hetab_atomic_reserve(ctx, writer->file, size);
+}
+
+hetab_status hetab_h5_create(hetab_context *ctx, const char *path, const hetab_surface *surface,
+                             const hetab_grid *grid, const hetab_h5_options *options,
+                             hetab_h5_writer **out) {
+  hetab_h5_writer *writer = NULL;
+  hetab_status status;
+  *out = NULL;
+  HETAB_TRY(check_options(ctx, options));
+  HETAB_GOTO(make_writer(ctx, surface, grid, options, &writer));
+  HETAB_GOTO(hetab_atomic_create(ctx, path, options->overwrite, &writer->file));
+  writer->descriptor.fd = hetab_atomic_fd(writer->file);
+  HETAB_GOTO(begin_table(ctx, writer, surface, grid, options));
+  *out = writer;
+  return HETAB_OK;
+done:
+  hetab_h5_abort(writer);
+  return status;
+}
+
+static hetab_status check_slab(hetab_context *ctx, const hetab_h5_writer *writer,
+                               const hetab_slab *slab) {
+  hsize_t rows = writer->dims[THETA_I];
+  if (slab->wavelength >= writer->dims[WAVELENGTH] || slab->theta_i_first >= rows ||
+      !slab->theta_i_count || slab->theta_i_count > rows - slab->theta_i_first)
+    return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
+                      "a slab of wavelength %zu, theta_i %zu and %zu more is not in the table of "
+                      "%zu wavelengths and %zu theta_i",
+                      slab->wavelength, slab->theta_i_first, slab->theta_i_count,
+                      (size_t)writer->dims[WAVELENGTH], (size_t)rows);
+  return HETAB_OK;
+}
+
+static void mark_written(hetab_h5_writer *writer, const hetab_slab *slab) {
+  size_t rows = (size_t)writer->dims[THETA_I];
+  unsigned char *written = writer->written + slab->wavelength * rows + slab->theta_i_first;
+  for (size_t i = 0; i < slab->theta_i_count; i++) {
+    writer->rows_left -= !written[i];
+    written[i] = 1;
+  }
+}
+
+static herr_t put_slab(const hetab_h5_writer *writer, const hetab_slab *slab) {
+  hsize_t start[RANK] = {slab->wavelength, slab->theta_i_first, 0, 0};
+  hsize_t count[RANK] = {1, slab->theta_i_count, writer->dims[THETA_R], writer->dims[PHI]};
+  hid_t memory = H5Screate_simple(RANK, count, NULL);
+  hid_t space = H5Dget_space(writer->brdf);
+  herr_t result = H5Sselect_hyperslab(space, H5S_SELECT_SET, start, NULL, count, NULL);
+  if (result >= 0)
+    result = H5Dwrite(writer->brdf, writer->slab_type, memory, space, H5P_DEFAULT, slab->values);
+  H5Sclose(space);
+  H5Sclose(memory);
+  return result;
+}
+
+hetab_status hetab_h5_write_slab(hetab_context *ctx, void *user, const hetab_slab *slab) {
+  hetab_h5_writer *writer = user;
+  hetab_h5_errors errors;
+  HETAB_TRY(check_slab(ctx, writer, slab));
+  hetab_h5_errors_begin(&errors);
+  herr_t result = put_slab(writer, slab);
+  hetab_h5_errors_end(&errors);
+  HETAB_TRY(outcome(ctx, writer, result, &errors));
+  mark_written(writer, slab);
+  return HETAB_OK;
+}
+
+hetab_status hetab_h5_write_specular(hetab_context *ctx, hetab_h5_writer *writer,
+                                     const double *rho_s) {
+  hetab_h5_errors errors;
+  hetab_h5_errors_begin(&errors);
+  herr_t result =
+      H5Dwrite(writer->specular, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, rho_s);
+  hetab_h5_errors_end(&errors);
+  HETAB_TRY(outcome(ctx, writer, result, &errors));
+  writer->specular_written = 1;
+  return HETAB_OK;
+}
+
+static herr_t put_report(hid_t root, const hetab_engine *engine, const hetab_report *report) {
+  const hetab_error_stats *error = &report->error;
+  if (put_text(root, "method", hetab_method_name(hetab_engine_method(engine))) < 0 ||
+      put_text(root, "precision", hetab_precision_name(hetab_engine_precision(engine))) < 0 ||
+      put_text(root, "device", hetab_engine_device(engine)) < 0 ||
+      put_number(root, "tolerance", hetab_engine_tolerance(engine)) < 0 ||
+      put_number(root, "error_max_rel", error->max_rel) < 0 ||
+      put_number(root, "error_p99_rel", error->p99_rel) < 0 ||
+      put_number(root, "error_rms_rel", error->rms_rel) < 0 ||
+      put_number(root, "error_max_abs_below_floor", error->max_abs_below) < 0)
+    return -1;
+  return put_number(root, "error_samples", (double)error->samples);
+}
+
+hetab_status hetab_h5_write_report(hetab_context *ctx, hetab_h5_writer *writer,
+                                   const hetab_engine *engine, const hetab_report *report) {
+  hetab_h5_errors errors;
+  hetab_h5_errors_begin(&errors);
+  herr_t result = put_report(writer->h5, engine, report);
+  hetab_h5_errors_end(&errors);
+  return outcome(ctx, writer, result, &errors);
+}
+
+/* Everything out of HDF5's hands: datasets that are still open are closed with the file. */
+static herr_t close_table(hetab_h5_writer *writer) {
+  herr_t result = writer->h5 < 0 ? 0 : H5Fclose(writer->h5);
+  writer->h5 = H5I_INVALID_HID;
+  return result;
+}
+
+static hetab_status finish_table(hetab_context *ctx, hetab_h5_writer *writer) {
+  hetab_h5_errors errors;
+  if (writer->rows_left || !writer->specular_written)
+    return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
+                      "'%s' not written: %zu theta_i rows%s are missing from the table",
+                      hetab_atomic_path(writer->file), writer->rows_left,
+                      writer->specular_written ? "" : " and the specular reflectance");
+  hetab_h5_errors_begin(&errors);
+  herr_t result = close_table(writer);
+  hetab_h5_errors_end(&errors);
+  return outcome(ctx, writer, result, &errors);
+}
+
+hetab_status hetab_h5_commit(hetab_context *ctx, hetab_h5_writer *writer) {
+  hetab_status status = finish_table(ctx, writer);
+  if (status == HETAB_OK) {
+    status = hetab_atomic_commit(ctx, writer->file);
+    writer->file = NULL;
+  }
+  hetab_h5_abort(writer);
+  return status;
+}
+
+/* What HDF5 still holds back goes nowhere, as after a failed write. */
+void hetab_h5_abort(hetab_h5_writer *writer) {
+  hetab_h5_errors errors;
+  if (!writer)
+    return;
+  writer->descriptor.error = ECANCELED;
+  hetab_h5_errors_begin(&errors);
+  close_table(writer);
+  hetab_h5_errors_end(&errors);
+  hetab_atomic_abort(writer->file);
+  free(writer->written);
+  free(writer);
+}
