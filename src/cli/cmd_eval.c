@@ -9,7 +9,9 @@
 #include "csv.h"
 #include "options.h"
 
-enum { BATCH = 65536, MAX_FIELDS = 256, ABSENT = MAX_FIELDS };
+/* A batch ends when it has that many rows, or that much text of passing columns. */
+enum { BATCH = 65536, BATCH_TEXT = 16 << 20 };
+enum { MAX_FIELDS = 256, ABSENT = MAX_FIELDS };
 
 /* ---- columns ------------------------------------------------------------------------------- */
 
@@ -77,12 +79,13 @@ static int fail_quote(const evaluation *e) {
 static int place_field(evaluation *e, const char *name, size_t field) {
   for (size_t i = 0; i < sizeof output_names / sizeof *output_names; i++)
     if (strcmp(name, output_names[i]) == 0)
-      return cli_fail("stdin:1: column '%s' is one that this command appends: rename it", name);
+      return cli_fail("stdin:%zu: column '%s' is one that this command appends: rename it",
+                      e->reader.line, name);
   for (int c = 0; c < COLUMNS; c++) {
     if (strcmp(name, columns[c].name) != 0)
       continue;
     if (e->position[c] != ABSENT)
-      return cli_fail("stdin:1: column '%s' is there twice", name);
+      return cli_fail("stdin:%zu: column '%s' is there twice", e->reader.line, name);
     e->position[c] = field;
   }
   return -1;
@@ -92,11 +95,12 @@ static int check_columns(const evaluation *e) {
   for (int c = 0; c < DIFFUSE; c++) {
     int needed = c < ANGLES_END || !e->surface;
     if (needed && e->position[c] == ABSENT)
-      return cli_fail("stdin:1: no column '%s'%s", columns[c].name,
+      return cli_fail("stdin:%zu: no column '%s'%s", e->reader.line, columns[c].name,
                       c < ANGLES_END ? "" : ", and no SURFACE given to take it from");
   }
   if ((e->position[INDEX_N] == ABSENT) != (e->position[INDEX_K] == ABSENT))
-    return cli_fail("stdin:1: columns 'n' and 'k' belong together: give both or none");
+    return cli_fail("stdin:%zu: columns 'n' and 'k' belong together: give both or none",
+                    e->reader.line);
   return -1;
 }
 
@@ -114,7 +118,8 @@ static int read_header(evaluation *e) {
   if (e->fields == 0)
     status = fail_quote(e);
   else if (e->fields > MAX_FIELDS)
-    status = cli_fail("stdin:1: %zu columns are more than %d", e->fields, MAX_FIELDS);
+    status =
+        cli_fail("stdin:%zu: %zu columns are more than %d", e->reader.line, e->fields, MAX_FIELDS);
   for (int c = 0; c < COLUMNS; c++)
     e->position[c] = ABSENT;
   for (size_t i = 0; i < e->fields && status < 0; i++)
@@ -226,7 +231,7 @@ static int keep_line(evaluation *e) {
 /* The next rows, as many as fit; fewer before the end of the input or a bad row. */
 static int read_batch(evaluation *e, size_t *count) {
   e->text_length = 0;
-  for (*count = 0; *count < BATCH; ++*count) {
+  for (*count = 0; *count < BATCH && e->text_length < BATCH_TEXT; ++*count) {
     csv_status read = csv_read(&e->reader);
     if (read == CSV_END)
       return CLI_OK;
