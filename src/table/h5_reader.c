@@ -243,10 +243,13 @@ done:
 }
 
 void hetab_h5_close(hetab_h5_table *table) {
+  hetab_h5_errors errors;
   if (!table)
     return;
+  hetab_h5_errors_begin(&errors);
   if (table->h5 >= 0)
     H5Fclose(table->h5); /* and the datasets that are open in it */
+  hetab_h5_errors_end(&errors);
   if (table->descriptor.fd >= 0)
     close(table->descriptor.fd);
   hetab_grid_free(table->grid);
