@@ -1,0 +1,20 @@
+/* Rows of a table of n and k in a file, in any order, on their way to curves. */
+#ifndef HETAB_SURFACE_INDEX_TABLE_H
+#define HETAB_SURFACE_INDEX_TABLE_H
+
+#include "surface/index.h"
+
+typedef struct hetab_row {
+  double lambda_um;
+  double values[2]; /* in the order of the file's columns */
+  size_t line;      /* in the file, from 1 */
+} hetab_row;
+
+/* Sort rows by wavelength; a wavelength that occurs twice is an error that names both lines. */
+hetab_status hetab_rows_sort(hetab_context *ctx, const char *path, hetab_row *rows, size_t count);
+
+/* The sorted rows' values[column] as a curve. */
+hetab_status hetab_rows_to_curve(hetab_context *ctx, const hetab_row *rows, size_t count,
+                                 int column, hetab_curve *curve);
+
+#endif
