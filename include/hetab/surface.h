@@ -10,6 +10,10 @@
  *   diffuse_reflectance: 0.0     # pi * BRDF, or diffuse_brdf in 1/sr, never both:
  *                                # one number, or a list with one per wavelength; default 0
  *   wavelengths_nm: 400:700:10   # start:stop:step, or a list, ascending; default 400:700:10
+ *                                # or wavelengths_um, the same in um
+ *
+ * A surface without a name takes the file's. A relative path in {file: ...} starts at the folder
+ * of the surface's file.
  */
 #ifndef HETAB_SURFACE_H
 #define HETAB_SURFACE_H

@@ -1,0 +1,17 @@
+/* The built-in surfaces' parameters. */
+#ifndef HETAB_SURFACE_PRESETS_H
+#define HETAB_SURFACE_PRESETS_H
+
+#include <hetab/surface.h>
+
+typedef struct hetab_preset {
+  const char *name, *metal;
+  double sigma0_um, tau_um;
+  double diffuse_brdf; /* 1/sr */
+  const char *description;
+} hetab_preset;
+
+/* In any case ("bbqal2"); NULL if there is none. */
+const hetab_preset *hetab_preset_find(const char *name);
+
+#endif

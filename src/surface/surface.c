@@ -1,0 +1,209 @@
+#include "surface/surface.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include "surface/number.h"
+#include "surface/presets.h"
+#include "surface/text.h"
+#include "surface/wavelengths.h"
+
+static const double pi = 3.14159265358979323846;
+
+/* ---- life ---- */
+
+hetab_status hetab_surface_new(hetab_context *ctx, const char *name, hetab_surface **out) {
+  hetab_surface *surface = hetab_alloc(ctx, 1, sizeof *surface);
+  char *copy = hetab_alloc(ctx, strlen(name) + 1, 1);
+  double *diffuse = hetab_alloc(ctx, 1, sizeof *diffuse);
+  if (!surface || !copy || !diffuse) {
+    free(surface);
+    free(copy);
+    free(diffuse);
+    return HETAB_ERR_MEMORY;
+  }
+  strcpy(copy, name);
+  *surface = (hetab_surface){.name = copy, .diffuse = diffuse, .diffuse_count = 1};
+  *out = surface;
+  return HETAB_OK;
+}
+
+void hetab_surface_free(hetab_surface *surface) {
+  if (!surface)
+    return;
+  hetab_index_free(surface->index);
+  free(surface->name);
+  free(surface->diffuse);
+  free(surface->bands);
+  free(surface);
+}
+
+/* ---- wavelengths ---- */
+
+hetab_status hetab_surface_sample(hetab_context *ctx, hetab_surface *surface,
+                                  const double *lambda_um, size_t count) {
+  hetab_band *bands = hetab_alloc(ctx, count, sizeof *bands);
+  if (!bands)
+    return HETAB_ERR_MEMORY;
+  for (size_t i = 0; i < count; i++) {
+    double diffuse = surface->diffuse[surface->diffuse_count == 1 ? 0 : i];
+    bands[i].lambda_um = lambda_um[i];
+    bands[i].diffuse_brdf = surface->diffuse_is_brdf ? diffuse : diffuse / pi;
+    hetab_status status = hetab_index_at(ctx, surface->index, lambda_um[i], surface->extrapolate,
+                                         &bands[i].n, &bands[i].k);
+    if (status != HETAB_OK) {
+      free(bands);
+      return status;
+    }
+  }
+  free(surface->bands);
+  surface->bands = bands;
+  surface->count = count;
+  return HETAB_OK;
+}
+
+/* The diffuse part at new, ascending wavelengths: linear between the old ones, held at the ends. */
+static void resample_diffuse(const hetab_surface *surface, const double *lambda_um, size_t count,
+                             double *diffuse) {
+  const hetab_band *bands = surface->bands;
+  const double *old = surface->diffuse;
+  size_t above = 0; /* the first old wavelength that is not below the new one */
+  for (size_t i = 0; i < count; i++) {
+    while (above < surface->count && bands[above].lambda_um < lambda_um[i])
+      above++;
+    if (above == 0 || above == surface->count) {
+      diffuse[i] = old[above ? above - 1 : 0];
+      continue;
+    }
+    double part = (bands[above].lambda_um - lambda_um[i]) /
+                  (bands[above].lambda_um - bands[above - 1].lambda_um);
+    diffuse[i] = old[above] + part * (old[above - 1] - old[above]);
+  }
+}
+
+hetab_status hetab_surface_set_wavelengths(hetab_context *ctx, hetab_surface *surface,
+                                           const double *lambda_um, size_t count) {
+  HETAB_TRY(hetab_wavelengths_check(ctx, lambda_um, count));
+  if (surface->diffuse_count == 1)
+    return hetab_surface_sample(ctx, surface, lambda_um, count);
+  double *old = surface->diffuse;
+  size_t old_count = surface->diffuse_count;
+  double *resampled = hetab_alloc(ctx, count, sizeof *resampled);
+  if (!resampled)
+    return HETAB_ERR_MEMORY;
+  resample_diffuse(surface, lambda_um, count, resampled);
+  surface->diffuse = resampled;
+  surface->diffuse_count = count;
+  hetab_status status = hetab_surface_sample(ctx, surface, lambda_um, count);
+  if (status != HETAB_OK) {
+    surface->diffuse = old;
+    surface->diffuse_count = old_count;
+    old = resampled;
+  }
+  free(old);
+  return status;
+}
+
+/* ---- making ---- */
+
+static hetab_status check_length(hetab_context *ctx, const char *name, double value) {
+  if (hetab_number_check(ctx, &hetab_rule_length, value) == HETAB_OK)
+    return HETAB_OK;
+  return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "%s: %g is out of range: give %s", name, value,
+                    hetab_rule_length.wanted);
+}
+
+hetab_status hetab_surface_create(hetab_context *ctx, double sigma0_um, double tau_um, double n,
+                                  double k, const double *lambda_um, size_t count,
+                                  hetab_surface **out) {
+  *out = NULL;
+  HETAB_TRY(check_length(ctx, "sigma0_um", sigma0_um));
+  HETAB_TRY(check_length(ctx, "tau_um", tau_um));
+  HETAB_TRY(hetab_wavelengths_check(ctx, lambda_um, count));
+  hetab_surface *surface;
+  HETAB_TRY(hetab_surface_new(ctx, "surface", &surface));
+  surface->sigma0_um = sigma0_um;
+  surface->tau_um = tau_um;
+  hetab_status status = hetab_index_constant(ctx, n, k, &surface->index);
+  if (status == HETAB_OK)
+    status = hetab_surface_sample(ctx, surface, lambda_um, count);
+  if (status != HETAB_OK) {
+    hetab_surface_free(surface);
+    return status;
+  }
+  *out = surface;
+  return HETAB_OK;
+}
+
+static hetab_status fail_unknown_preset(hetab_context *ctx, const char *name) {
+  char all[256] = "";
+  for (size_t i = 0; i < hetab_preset_count(); i++)
+    hetab_append_word(all, sizeof all, hetab_preset_name(i));
+  return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
+                    "no preset '%.40s': choose %s, or give the path of a file ending in .yml or "
+                    ".yaml",
+                    name, all);
+}
+
+static hetab_status fill_preset(hetab_context *ctx, const hetab_preset *preset,
+                                hetab_surface *surface) {
+  surface->sigma0_um = preset->sigma0_um;
+  surface->tau_um = preset->tau_um;
+  surface->diffuse_is_brdf = preset->diffuse_brdf > 0;
+  surface->diffuse[0] = preset->diffuse_brdf;
+  HETAB_TRY(hetab_index_metal(ctx, preset->metal, &surface->index));
+  double *lambda_um;
+  size_t count;
+  HETAB_TRY(hetab_parse_wavelengths(ctx, "400:700:10", &lambda_um, &count));
+  hetab_status status = hetab_surface_sample(ctx, surface, lambda_um, count);
+  free(lambda_um);
+  return status;
+}
+
+hetab_status hetab_surface_preset(hetab_context *ctx, const char *name, hetab_surface **out) {
+  *out = NULL;
+  const hetab_preset *preset = hetab_preset_find(name);
+  if (!preset)
+    return fail_unknown_preset(ctx, name);
+  hetab_surface *surface;
+  HETAB_TRY(hetab_surface_new(ctx, preset->name, &surface));
+  hetab_status status = fill_preset(ctx, preset, surface);
+  if (status != HETAB_OK) {
+    hetab_surface_free(surface);
+    return status;
+  }
+  *out = surface;
+  return HETAB_OK;
+}
+
+hetab_status hetab_surface_open(hetab_context *ctx, const char *name_or_path, hetab_surface **out) {
+  if (strchr(name_or_path, '/') || hetab_has_extension(name_or_path, hetab_yaml_extensions))
+    return hetab_surface_load(ctx, name_or_path, out);
+  return hetab_surface_preset(ctx, name_or_path, out);
+}
+
+/* ---- reading it ---- */
+
+const char *hetab_surface_name(const hetab_surface *surface) {
+  return surface->name;
+}
+
+double hetab_surface_sigma0_um(const hetab_surface *surface) {
+  return surface->sigma0_um;
+}
+
+double hetab_surface_tau_um(const hetab_surface *surface) {
+  return surface->tau_um;
+}
+
+const hetab_index *hetab_surface_index(const hetab_surface *surface) {
+  return surface->index;
+}
+
+size_t hetab_surface_band_count(const hetab_surface *surface) {
+  return surface->count;
+}
+
+const hetab_band *hetab_surface_bands(const hetab_surface *surface) {
+  return surface->bands;
+}
