@@ -14,7 +14,8 @@ CPPFLAGS_ALL = -Iinclude -Isrc -I. -DHETAB_VERSION='"$(VERSION)"' -D_GNU_SOURCE 
   -DCL_TARGET_OPENCL_VERSION=120 $(shell pkg-config --cflags $(PACKAGES) 2>/dev/null) $(CPPFLAGS)
 # No contraction: host values must not depend on what the compiler fuses.
 CFLAGS_ALL = -std=c11 -fPIC -ffp-contract=off -fvisibility=default -pthread $(WARNINGS) $(CFLAGS)
-LIBS = $(shell pkg-config --libs $(PACKAGES) 2>/dev/null) -lm -pthread
+LIBS = $(shell pkg-config --libs-only-L hdf5 2>/dev/null) -lhdf5_hl \
+  $(shell pkg-config --libs $(PACKAGES) 2>/dev/null) -lm -pthread
 
 LIB_SOURCES := $(filter-out src/cli/%,$(wildcard src/*/*.c))
 CLI_SOURCES := $(wildcard src/cli/*.c)

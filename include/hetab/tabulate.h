@@ -46,7 +46,7 @@ typedef struct hetab_tabulate_options {
 } hetab_tabulate_options;
 
 /* Every entry of surface x grid. Memory: a few slabs of at most 32 MiB, whatever the table's size.
- * Entries below 1e-15 / sr may be 0. options may be NULL (2000 samples), report may be NULL. */
+ * Entries below 5e-15 / sr may be 0. options may be NULL (2000 samples), report may be NULL. */
 hetab_status hetab_tabulate(hetab_context *ctx, hetab_engine *engine, const hetab_surface *surface,
                             const hetab_grid *grid, const hetab_tabulate_options *options,
                             hetab_slab_fn sink, void *user, hetab_report *report);

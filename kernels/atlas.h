@@ -1,0 +1,71 @@
+/* The atlas: h(g, x), one universal function of two numbers, as polynomials made by the host in
+ * double (src/model/atlas.c) from the very series of series.h.
+ *
+ * Panels split g (two per octave), segments split x within a panel; on a segment
+ *   ln(h / h_centre) = sum_j c_j(u) t^j,  c_j(u) = sum_k C[k][j] u^k,  u and t in [-1, 1].
+ * A table row has one g: its c_j cost HETAB_ATLAS_G vector multiply-adds a segment, and then every
+ * entry costs one polynomial and one exponential, whatever the roughness.
+ *
+ * Build options: HETAB_ATLAS_X coefficients in t (padded to HETAB_ATLAS_PAD, a multiple of
+ * HETAB_VW), HETAB_ATLAS_G in u; the host chooses them with the tolerance. */
+#ifndef HETAB_ATLAS_H
+#define HETAB_ATLAS_H
+
+#include "hetab_lang.h"
+#include "tables.h"
+#include "vexp.h"
+
+typedef struct hetab_atlas {
+  __global const real *panels, *segments, *coefficients;
+  int panel_count;
+  real log2_g; /* of the first panel's start */
+} hetab_atlas;
+
+/* The panel of g, or -1 outside the atlas. */
+static inline int hetab_atlas_panel(const hetab_atlas *atlas, real g) {
+  real p = floor(RC(2.0) * (log2(fmax(g, RC(1e-30))) - atlas->log2_g));
+  return p >= RC(0.0) && p < (real)atlas->panel_count ? (int)p : -1;
+}
+
+/* The polynomial of one segment for one row. */
+typedef struct hetab_segment {
+  real start;           /* x where it begins */
+  real offset, slope;   /* t = offset + slope (1 + cos phi) */
+  real peak;            /* exp(c_0): kept out of the exponent, which stays small */
+  real c[HETAB_ATLAS_PAD];
+} hetab_segment;
+
+/* One row's x = wave_x (d2 + p (1 + cos phi)), factors apart so that t does not cancel. */
+typedef struct hetab_row_x {
+  hetab_two wave_x, d2;
+  real p;
+} hetab_row_x;
+
+static inline void hetab_atlas_load(const hetab_atlas *atlas, int segment, real u,
+                                    const hetab_row_x *x, hetab_segment *s) {
+  __global const real *head = atlas->segments + segment * HETAB_SEGMENT_REALS;
+  __global const real *table =
+      atlas->coefficients + segment * (HETAB_ATLAS_G * HETAB_ATLAS_PAD);
+  s->start = head[0];
+  s->offset = hetab_product_less(x->wave_x, x->d2, head[1]) * head[2];
+  s->slope = x->wave_x.hi * x->p * head[2];
+  for (int i = 0; i < HETAB_ATLAS_PAD / HETAB_VW; i++) {
+    vreal c = V_LOAD((HETAB_ATLAS_G - 1) * (HETAB_ATLAS_PAD / HETAB_VW) + i, table);
+    for (int k = HETAB_ATLAS_G - 2; k >= 0; k--)
+      c = fma(c, (vreal)u, V_LOAD(k * (HETAB_ATLAS_PAD / HETAB_VW) + i, table));
+    V_STORE(c, i, s->c);
+  }
+  s->peak = head[3] * exp(s->c[0]);
+}
+
+/* h at 1 + cos phi; held to the segment's ends outside. */
+static inline vreal hetab_atlas_h(const hetab_segment *s, vreal one_plus_cos) {
+  vreal t = clamp(fma(one_plus_cos, (vreal)s->slope, (vreal)s->offset), (vreal)RC(-1.0),
+                  (vreal)RC(1.0));
+  vreal p = (vreal)s->c[HETAB_ATLAS_X - 1];
+  for (int j = HETAB_ATLAS_X - 2; j >= 1; j--)
+    p = fma(p, t, (vreal)s->c[j]);
+  return s->peak * hetab_exp(p * t);
+}
+
+#endif

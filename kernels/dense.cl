@@ -1,0 +1,150 @@
+/* Dense tables: entry [theta_r][phi] of the rows (theta_i, theta_r) of one wavelength.
+ *
+ * One work-item takes HETAB_VW neighbouring entries of a row at a time and strides through the row
+ * with its neighbours of dimension 0 (one on a CPU, a work-group on a GPU); dimension 1 counts the
+ * rows. Two methods and a limit:
+ *   hetab_k_dense_rows    polynomials of the atlas (default)
+ *   hetab_k_dense_series  the constant-cost series at every entry
+ *   hetab_k_dense_store   writes and does nothing else: the ceiling of the device's memory
+ *
+ * Buffers: waves[wavelength][HETAB_WAVE_REALS], pairs[theta_i][theta_r][HETAB_PAIR_REALS],
+ * one_plus_cos[phi], falling, padded with its last value to a multiple of HETAB_VW. */
+#define HETAB_CL
+#include "he_torrance.h"
+#include "atlas.h"
+#include "tables.h"
+
+/* A row's constants, from one pair and one wavelength. */
+typedef struct hetab_row {
+  hetab_wave wave;
+  hetab_two mu2_ratio2; /* g over the wave's */
+  hetab_row_x x;
+  real amplitude; /* of the wave, times shadow */
+  real mu2;
+} hetab_row;
+
+static inline hetab_row hetab_row_of(__global const real *waves, int wavelength,
+                                     __global const real *pair) {
+  hetab_row row;
+  row.wave = hetab_wave_load(waves, wavelength);
+  row.mu2_ratio2.hi = pair[0];
+  row.mu2_ratio2.lo = pair[1];
+  row.x.wave_x = row.wave.x;
+  row.x.d2.hi = pair[2];
+  row.x.d2.lo = pair[3];
+  row.x.p = pair[4];
+  row.mu2 = pair[5];
+  row.amplitude = row.wave.amplitude * pair[6];
+  return row;
+}
+
+/* |q_i + q_r|^2 */
+static inline vreal hetab_row_lateral2(const hetab_row *row, vreal one_plus_cos) {
+  return row->x.d2.hi + row->x.p * one_plus_cos;
+}
+
+/* dd + ud of one vector of entries, given its h. */
+static inline vreal hetab_row_value(const hetab_row *row, vreal lateral2, vreal h) {
+  vreal cos2_d = fmin(RC(0.25) * (row->mu2 + lateral2), (vreal)RC(1.0));
+  vreal fresnel = hetab_fresnel(cos2_d, (vreal)row->wave.n, (vreal)row->wave.k);
+  return fresnel * (cos2_d * cos2_d) * row->amplitude * h + row->wave.diffuse_brdf;
+}
+
+/* The last vector of a row may reach into the next one: keep what belongs here. */
+static inline void hetab_row_store(vreal value, __global real *out, int entry, int phi_count) {
+  if (entry + HETAB_VW <= phi_count) {
+    V_STORE(value, 0, out + entry);
+  } else {
+    real part[HETAB_VW];
+    V_STORE(value, 0, part);
+    for (int i = 0; i < phi_count - entry; i++)
+      out[entry + i] = part[i];
+  }
+}
+
+static inline void hetab_row_by_series(const hetab_row *row, __global const real *one_plus_cos,
+                                       int phi_count, __global real *out) {
+  for (int e = get_local_id(0) * HETAB_VW; e < phi_count; e += get_local_size(0) * HETAB_VW) {
+    vreal lateral2 = hetab_row_lateral2(row, V_LOAD(0, one_plus_cos + e));
+    vreal g = (vreal)(row->wave.g.hi * row->mu2_ratio2.hi);
+    vreal h = hetab_h(g, row->wave.x.hi * lateral2);
+    hetab_row_store(hetab_row_value(row, lateral2, h), out, e, phi_count);
+  }
+}
+
+/* x falls along the row: segments are entered from above, each loaded once by a work-item. */
+static inline void hetab_row_by_atlas(const hetab_row *row, const hetab_atlas *atlas, int panel,
+                                      __global const real *one_plus_cos, int phi_count,
+                                      __global real *out) {
+  __global const real *head = atlas->panels + panel * HETAB_PANEL_REALS;
+  int first = (int)head[0];
+  int at = first + (int)head[1] - 1;
+  real u = hetab_product_less(row->wave.g, row->mu2_ratio2, head[2]) * head[3];
+  real x_end = head[4];
+  hetab_segment s;
+  int loaded = -1;
+  for (int e = get_local_id(0) * HETAB_VW; e < phi_count; e += get_local_size(0) * HETAB_VW) {
+    vreal q = V_LOAD(0, one_plus_cos + e);
+    vreal lateral2 = hetab_row_lateral2(row, q);
+    vreal x = row->wave.x.hi * lateral2;
+    vreal h = RC(0.0);
+    if (V_LAST(x) < x_end) {
+      while (at > first && V_FIRST(x) < atlas->segments[at * HETAB_SEGMENT_REALS])
+        at--;
+      if (at != loaded)
+        hetab_atlas_load(atlas, at, u, &row->x, &s);
+      h = hetab_atlas_h(&s, q);
+      while (at > first && V_LAST(x) < s.start) {
+        vreal below = (vreal)s.start;
+        hetab_atlas_load(atlas, --at, u, &row->x, &s);
+        h = x < below ? hetab_atlas_h(&s, q) : h;
+      }
+      loaded = at;
+      h = x < (vreal)x_end ? h : (vreal)RC(0.0);
+    }
+    hetab_row_store(hetab_row_value(row, lateral2, h), out, e, phi_count);
+  }
+}
+
+/* Rows whose amplitude is over atlas_amplitude could still be seen where the atlas ends: those,
+ * and rows outside its range of g, take the series. */
+__kernel void hetab_k_dense_rows(__global const real *waves, int wavelength,
+                                 __global const real *pairs, int first_pair, int row_count,
+                                 __global const real *one_plus_cos, int phi_count,
+                                 __global const real *panels, __global const real *segments,
+                                 __global const real *coefficients, int panel_count, real log2_g,
+                                 real atlas_amplitude, __global real *out) {
+  int r = get_global_id(1);
+  if (r >= row_count)
+    return;
+  hetab_atlas atlas = {panels, segments, coefficients, panel_count, log2_g};
+  hetab_row row =
+      hetab_row_of(waves, wavelength, pairs + (size_t)(first_pair + r) * HETAB_PAIR_REALS);
+  int panel = hetab_atlas_panel(&atlas, row.wave.g.hi * row.mu2_ratio2.hi);
+  out += (size_t)r * phi_count;
+  if (panel >= 0 && row.amplitude <= atlas_amplitude)
+    hetab_row_by_atlas(&row, &atlas, panel, one_plus_cos, phi_count, out);
+  else
+    hetab_row_by_series(&row, one_plus_cos, phi_count, out);
+}
+
+__kernel void hetab_k_dense_series(__global const real *waves, int wavelength,
+                                   __global const real *pairs, int first_pair, int row_count,
+                                   __global const real *one_plus_cos, int phi_count,
+                                   __global real *out) {
+  int r = get_global_id(1);
+  if (r >= row_count)
+    return;
+  hetab_row row =
+      hetab_row_of(waves, wavelength, pairs + (size_t)(first_pair + r) * HETAB_PAIR_REALS);
+  hetab_row_by_series(&row, one_plus_cos, phi_count, out + (size_t)r * phi_count);
+}
+
+__kernel void hetab_k_dense_store(real value, int row_count, int phi_count, __global real *out) {
+  int r = get_global_id(1);
+  if (r >= row_count)
+    return;
+  out += (size_t)r * phi_count;
+  for (int e = get_local_id(0) * HETAB_VW; e < phi_count; e += get_local_size(0) * HETAB_VW)
+    hetab_row_store((vreal)value, out, e, phi_count);
+}

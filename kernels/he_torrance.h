@@ -1,0 +1,32 @@
+/* The He-Torrance model, put together from its factors in the form that has no 0/0:
+ *
+ *   f_dd = |F(theta_d)|^2 16 pi^3 sigma0^2 tau^2 / lambda^4 cos^4(theta_d)
+ *          [S_i / mu_i] [S_r / mu_r] h(g, x) / (1 + W)
+ *   g = (2 pi sigma0 / lambda)^2 (mu_i + mu_r)^2 / (1 + W)
+ *   x = (pi tau / lambda)^2 |q_i + q_r|^2          (q: lateral direction cosines)
+ *   cos^2(theta_d) = ((mu_i + mu_r)^2 + |q_i + q_r|^2) / 4
+ *
+ * equal to Eqs. 8, 11-25 as printed (tests/test_literal.c). |q_i + q_r|^2 vanishes at the mirror
+ * direction, where the lobe is: whoever calls forms it without cancellation, as
+ * (sin_i - sin_r)^2 + 2 sin_i sin_r (1 + cos phi). */
+#ifndef HETAB_HE_TORRANCE_H
+#define HETAB_HE_TORRANCE_H
+
+#include "hetab_lang.h"
+#include "fresnel.h"
+#include "series.h"
+
+/* What depends on the surface and the wavelength alone: `wave` in the code. */
+#define HETAB_WAVE_G(sigma0_um, lambda_um)                                                         \
+  ((RC(2.0) * RC_PI * (sigma0_um) / (lambda_um)) * (RC(2.0) * RC_PI * (sigma0_um) / (lambda_um)))
+#define HETAB_WAVE_X(tau_um, lambda_um)                                                            \
+  ((RC_PI * (tau_um) / (lambda_um)) * (RC_PI * (tau_um) / (lambda_um)))
+/* 16 pi^3 sigma0^2 tau^2 / lambda^4 */
+#define HETAB_WAVE_AMPLITUDE(wave_g, wave_x) (RC(4.0) / RC_PI * (wave_g) * (wave_x))
+
+/* f_dd from its factors; shadow = S_i S_r / (mu_i mu_r) / (1 + W). In 1/sr, >= 0. */
+static inline vreal hetab_dd(vreal cos2_d, vreal fresnel, vreal amplitude, vreal shadow, vreal h) {
+  return fresnel * (cos2_d * cos2_d) * (amplitude * shadow) * h;
+}
+
+#endif

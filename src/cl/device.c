@@ -1,0 +1,158 @@
+#include "cl/device.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include <hetab/engine.h>
+
+static const char *error_name(cl_int error) {
+  switch (error) {
+#define NAME(code)                                                                                 \
+  case code:                                                                                       \
+    return #code
+    NAME(CL_DEVICE_NOT_AVAILABLE);
+    NAME(CL_COMPILER_NOT_AVAILABLE);
+    NAME(CL_MEM_OBJECT_ALLOCATION_FAILURE);
+    NAME(CL_OUT_OF_RESOURCES);
+    NAME(CL_OUT_OF_HOST_MEMORY);
+    NAME(CL_BUILD_PROGRAM_FAILURE);
+    NAME(CL_MAP_FAILURE);
+    NAME(CL_INVALID_VALUE);
+    NAME(CL_INVALID_BINARY);
+    NAME(CL_INVALID_BUILD_OPTIONS);
+    NAME(CL_INVALID_KERNEL_ARGS);
+    NAME(CL_INVALID_KERNEL_NAME);
+    NAME(CL_INVALID_WORK_GROUP_SIZE);
+    NAME(CL_INVALID_BUFFER_SIZE);
+#undef NAME
+  default:
+    return "OpenCL error";
+  }
+}
+
+hetab_status hetab_cl_check(hetab_context *ctx, cl_int error, const char *call,
+                            cl_device_id device) {
+  if (error == CL_SUCCESS)
+    return HETAB_OK;
+  char name[128] = "any device";
+  if (device)
+    hetab_cl_device_text(device, CL_DEVICE_NAME, name, sizeof name);
+  return hetab_fail(ctx, HETAB_ERR_DEVICE, "%s failed on %s: %s (%d)", call, name,
+                    error_name(error), error);
+}
+
+void hetab_cl_device_text(cl_device_id device, cl_device_info what, char *text, size_t size) {
+  text[0] = 0;
+  if (clGetDeviceInfo(device, what, size, text, NULL) != CL_SUCCESS)
+    snprintf(text, size, "unknown");
+  text[size - 1] = 0;
+}
+
+cl_uint hetab_cl_device_uint(cl_device_id device, cl_device_info what) {
+  cl_uint value = 0;
+  clGetDeviceInfo(device, what, sizeof value, &value, NULL);
+  return value;
+}
+
+int hetab_cl_device_is_cpu(cl_device_id device) {
+  cl_device_type type = 0;
+  clGetDeviceInfo(device, CL_DEVICE_TYPE, sizeof type, &type, NULL);
+  return (type & CL_DEVICE_TYPE_CPU) != 0;
+}
+
+/* All devices of all platforms; none is not an error. */
+static hetab_status all_devices(hetab_context *ctx, cl_device_id **devices, size_t *count) {
+  enum { MOST = 64 };
+  cl_platform_id platforms[MOST];
+  cl_uint platform_count = 0;
+  *count = 0;
+  *devices = hetab_alloc(ctx, MOST, sizeof **devices);
+  if (!*devices)
+    return HETAB_ERR_MEMORY;
+  if (clGetPlatformIDs(MOST, platforms, &platform_count) != CL_SUCCESS)
+    platform_count = 0;
+  for (cl_uint p = 0; p < platform_count && p < MOST && *count < MOST; p++) {
+    cl_uint found = 0;
+    cl_uint room = (cl_uint)(MOST - *count);
+    if (clGetDeviceIDs(platforms[p], CL_DEVICE_TYPE_ALL, room, *devices + *count, &found) ==
+        CL_SUCCESS)
+      *count += found < room ? found : room;
+  }
+  return HETAB_OK;
+}
+
+static void describe(cl_device_id device, hetab_device_info *info) {
+  cl_platform_id platform;
+  cl_ulong memory = 0;
+  hetab_cl_device_text(device, CL_DEVICE_NAME, info->name, sizeof info->name);
+  hetab_cl_device_text(device, CL_DRIVER_VERSION, info->driver, sizeof info->driver);
+  hetab_cl_device_text(device, CL_DEVICE_VERSION, info->opencl, sizeof info->opencl);
+  clGetDeviceInfo(device, CL_DEVICE_PLATFORM, sizeof platform, &platform, NULL);
+  clGetPlatformInfo(platform, CL_PLATFORM_NAME, sizeof info->platform, info->platform, NULL);
+  info->compute_units = hetab_cl_device_uint(device, CL_DEVICE_MAX_COMPUTE_UNITS);
+  info->float_width = hetab_cl_device_uint(device, CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT);
+  info->double_width = hetab_cl_device_uint(device, CL_DEVICE_NATIVE_VECTOR_WIDTH_DOUBLE);
+  clGetDeviceInfo(device, CL_DEVICE_GLOBAL_MEM_SIZE, sizeof memory, &memory, NULL);
+  info->memory_bytes = memory;
+}
+
+hetab_status hetab_device_list(hetab_context *ctx, hetab_device_info **list, size_t *count) {
+  cl_device_id *devices;
+  *list = NULL;
+  *count = 0;
+  HETAB_TRY(all_devices(ctx, &devices, count));
+  *list = hetab_alloc(ctx, *count, sizeof **list);
+  for (size_t i = 0; *list && i < *count; i++)
+    describe(devices[i], &(*list)[i]);
+  free(devices);
+  return *list ? HETAB_OK : HETAB_ERR_MEMORY;
+}
+
+/* Does one word of the selector, [word, end), name device number `index`? */
+static int word_matches(const char *word, const char *end, size_t index, cl_device_id device) {
+  char text[128], name[128];
+  size_t length = (size_t)(end - word);
+  if (length == 0 || length >= sizeof text)
+    return 0;
+  memcpy(text, word, length);
+  text[length] = 0;
+  if (strspn(text, "0123456789") == length)
+    return strtoul(text, NULL, 10) == index;
+  hetab_cl_device_text(device, CL_DEVICE_NAME, name, sizeof name);
+  return strcmp(text, "all") == 0 || strcasestr(name, text) != NULL;
+}
+
+static int selector_matches(const char *selector, size_t index, cl_device_id device) {
+  for (const char *word = selector;; word++) {
+    const char *end = word + strcspn(word, ",");
+    if (word_matches(word, end, index, device))
+      return 1;
+    if (!*end)
+      return 0;
+    word = end;
+  }
+}
+
+hetab_status hetab_cl_select(hetab_context *ctx, const char *selector, cl_device_id **devices,
+                             size_t *count) {
+  size_t all = 0;
+  *count = 0;
+  HETAB_TRY(all_devices(ctx, devices, &all));
+  for (size_t i = 0; i < all; i++)
+    if (selector_matches(selector ? selector : "0", i, (*devices)[i]))
+      (*devices)[(*count)++] = (*devices)[i];
+  if (*count)
+    return HETAB_OK;
+  free(*devices);
+  *devices = NULL;
+  if (!all)
+    return hetab_fail(ctx, HETAB_ERR_DEVICE,
+                      "no OpenCL device found; install a driver, for example the package "
+                      "pocl-opencl-icd, which runs OpenCL on the CPU");
+  return hetab_fail(ctx, HETAB_ERR_DEVICE,
+                    "no OpenCL device matches '%s'; there %s %zu, numbered from 0 (see the list of "
+                    "devices)",
+                    selector, all == 1 ? "is" : "are", all);
+}

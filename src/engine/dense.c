@@ -1,0 +1,256 @@
+#include "engine/dense.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "kernels/tables.h"
+
+enum { PAD = 16 /* the widest vector */ };
+static const size_t SLAB_BYTES = 32u << 20, SLAB_ROWS = 1u << 19;
+/* Below this fraction of the largest g only rows within a degree of grazing on both sides are left:
+ * they take the series instead of the atlas. */
+static const double G_RANGE = 1e-7;
+/* Entries below this may be stored as 0, 1/sr: half of the absolute error that is allowed there. */
+static const double ZERO_BELOW = 5e-15;
+/* S_i S_r / (mu_i mu_r) is larger only near grazing on both sides: those rows take the series. */
+static const double SHADOW_RANGE = 200.0;
+
+static double tau_2sigma(const hetab_surface *surface) {
+  return hetab_surface_tau_um(surface) / (2.0 * hetab_surface_sigma0_um(surface));
+}
+
+static hetab_direction *directions(hetab_context *ctx, const hetab_surface *surface,
+                                   const hetab_grid *grid, hetab_axis axis) {
+  size_t count = hetab_grid_count(grid, axis);
+  const double *deg = hetab_grid_deg(grid, axis);
+  hetab_direction *d = hetab_alloc(ctx, count, sizeof *d);
+  for (size_t i = 0; d && i < count; i++)
+    d[i] = hetab_direction_at(hetab_radians(deg[i]), tau_2sigma(surface));
+  return d;
+}
+
+static double *padded_one_plus_cos(hetab_context *ctx, const hetab_grid *grid, size_t padded) {
+  size_t count = hetab_grid_count(grid, HETAB_PHI);
+  const double *deg = hetab_grid_deg(grid, HETAB_PHI);
+  double *values = hetab_alloc(ctx, padded, sizeof *values);
+  for (size_t i = 0; values && i < padded; i++)
+    values[i] = hetab_one_plus_cos(hetab_radians(deg[i < count ? i : count - 1]));
+  return values;
+}
+
+void hetab_two_reals(const hetab_engine *engine, double value, double two[2]) {
+  two[0] = engine->precision == HETAB_FLOAT ? (double)(float)value : value;
+  two[1] = value - two[0];
+}
+
+void hetab_wave_row(const hetab_engine *engine, const hetab_surface *surface,
+                    const hetab_band *band, double *row) {
+  hetab_wave wave =
+      hetab_wave_of(hetab_surface_sigma0_um(surface), hetab_surface_tau_um(surface), band);
+  const double values[] = {wave.amplitude, wave.n, wave.k, wave.diffuse_brdf};
+  hetab_two_reals(engine, wave.g, row);
+  hetab_two_reals(engine, wave.x, row + 2);
+  memcpy(row + 4, values, sizeof values);
+}
+
+static void pair_row(const hetab_engine *engine, const hetab_pair *pair, double *row) {
+  hetab_two_reals(engine, pair->mu2 * pair->ratio2, row);
+  hetab_two_reals(engine, pair->d2, row + 2);
+  row[4] = pair->p;
+  row[5] = pair->mu2;
+  row[6] = pair->shadow;
+}
+
+static double *wave_rows(hetab_context *ctx, const hetab_engine *engine,
+                         const hetab_surface *surface) {
+  size_t count = hetab_surface_band_count(surface);
+  double *rows = hetab_alloc(ctx, count, HETAB_WAVE_REALS * sizeof *rows);
+  for (size_t w = 0; rows && w < count; w++)
+    hetab_wave_row(engine, surface, &hetab_surface_bands(surface)[w], rows + w * HETAB_WAVE_REALS);
+  return rows;
+}
+
+/* theta_i rows per slab: as many as fit, at least one. */
+static size_t slab_rows(const hetab_engine *engine, const hetab_dense *dense) {
+  size_t row_bytes =
+      dense->count[HETAB_THETA_R] * dense->count[HETAB_PHI] * hetab_real_size(engine);
+  size_t by_bytes = SLAB_BYTES / row_bytes, by_rows = SLAB_ROWS / dense->count[HETAB_THETA_R];
+  size_t rows = by_bytes < by_rows ? by_bytes : by_rows;
+  rows = rows < dense->count[HETAB_THETA_I] ? rows : dense->count[HETAB_THETA_I];
+  return rows ? rows : 1;
+}
+
+static hetab_status build_atlas(hetab_context *ctx, const hetab_engine *engine,
+                                hetab_dense *dense) {
+  double g_max = 0.0, amplitude = 0.0;
+  for (size_t w = 0; w < dense->wavelength_count; w++) {
+    g_max = fmax(g_max, 4.0 * dense->waves[w * HETAB_WAVE_REALS]);
+    amplitude = fmax(amplitude, dense->waves[w * HETAB_WAVE_REALS + 4]);
+  }
+  dense->atlas_amplitude = SHADOW_RANGE * amplitude;
+  dense->atlas.ln_h_end = fmin(log(ZERO_BELOW / dense->atlas_amplitude), -1.0);
+  /* a fifth of the tolerance: the rest is for the arithmetic */
+  double tolerance = 0.2 * engine->tolerance;
+  int width = engine->lane_count ? engine->lanes[0].vector_width : 1;
+  for (int i = 1; i < engine->lane_count; i++)
+    width = width > engine->lanes[i].vector_width ? width : engine->lanes[i].vector_width;
+  hetab_atlas_degrees(tolerance, width, &dense->atlas);
+  return hetab_atlas_build(ctx, G_RANGE * g_max, g_max, tolerance, &dense->atlas);
+}
+
+hetab_status hetab_dense_create(hetab_context *ctx, const hetab_engine *engine,
+                                const hetab_surface *surface, const hetab_grid *grid,
+                                hetab_dense *dense) {
+  *dense = (hetab_dense){.surface = surface, .grid = grid};
+  for (int axis = 0; axis < HETAB_AXIS_COUNT; axis++)
+    dense->count[axis] = hetab_grid_count(grid, (hetab_axis)axis);
+  dense->wavelength_count = hetab_surface_band_count(surface);
+  dense->phi_padded = (dense->count[HETAB_PHI] + PAD - 1) / PAD * PAD;
+  dense->theta_i = directions(ctx, surface, grid, HETAB_THETA_I);
+  dense->theta_r = directions(ctx, surface, grid, HETAB_THETA_R);
+  dense->one_plus_cos = padded_one_plus_cos(ctx, grid, dense->phi_padded);
+  dense->waves = wave_rows(ctx, engine, surface);
+  hetab_status status = HETAB_OK;
+  if (!dense->theta_i || !dense->theta_r || !dense->one_plus_cos || !dense->waves)
+    status = HETAB_ERR_MEMORY;
+  dense->rows_i = slab_rows(engine, dense);
+  if (status == HETAB_OK && engine->method == HETAB_METHOD_ROWS)
+    status = build_atlas(ctx, engine, dense);
+  if (status != HETAB_OK)
+    hetab_dense_clear(dense);
+  return status;
+}
+
+void hetab_dense_clear(hetab_dense *dense) {
+  free(dense->theta_i);
+  free(dense->theta_r);
+  free(dense->one_plus_cos);
+  free(dense->waves);
+  hetab_atlas_clear(&dense->atlas);
+  *dense = (hetab_dense){0};
+}
+
+static const char *kernel_name(hetab_dense_kernel which) {
+  static const char *const names[] = {"hetab_k_dense_rows", "hetab_k_dense_series",
+                                      "hetab_k_dense_store"};
+  return names[which];
+}
+
+static hetab_status upload_atlas(hetab_context *ctx, const hetab_engine *engine,
+                                 const hetab_atlas *atlas, hetab_dense_lane *l) {
+  size_t table = (size_t)atlas->degree_g * (size_t)atlas->pad;
+  HETAB_TRY(hetab_lane_upload(ctx, engine, l->lane, atlas->panels,
+                              atlas->panel_count * HETAB_PANEL_REALS, &l->panels));
+  HETAB_TRY(hetab_lane_upload(ctx, engine, l->lane, atlas->segments,
+                              atlas->segment_count * HETAB_SEGMENT_REALS, &l->segments));
+  return hetab_lane_upload(ctx, engine, l->lane, atlas->coefficients, atlas->segment_count * table,
+                           &l->coefficients);
+}
+
+static hetab_status lane_buffers(hetab_context *ctx, const hetab_engine *engine,
+                                 const hetab_dense *dense, hetab_dense_lane *l) {
+  HETAB_TRY(hetab_lane_kernel(ctx, engine, l->lane,
+                              l->which == HETAB_DENSE_ROWS ? &dense->atlas : NULL, "dense",
+                              kernel_name(l->which), &l->kernel));
+  HETAB_TRY(hetab_lane_upload(ctx, engine, l->lane, dense->waves,
+                              dense->wavelength_count * HETAB_WAVE_REALS, &l->waves));
+  HETAB_TRY(hetab_lane_upload(ctx, engine, l->lane, dense->one_plus_cos, dense->phi_padded,
+                              &l->one_plus_cos));
+  return l->which == HETAB_DENSE_ROWS ? upload_atlas(ctx, engine, &dense->atlas, l) : HETAB_OK;
+}
+
+hetab_status hetab_dense_lane_create(hetab_context *ctx, const hetab_engine *engine,
+                                     const hetab_lane *lane, const hetab_dense *dense,
+                                     hetab_dense_kernel which, hetab_dense_lane *out) {
+  *out = (hetab_dense_lane){.lane = lane, .which = which};
+  hetab_status status = lane_buffers(ctx, engine, dense, out);
+  if (status != HETAB_OK)
+    hetab_dense_lane_clear(out);
+  return status;
+}
+
+void hetab_dense_lane_clear(hetab_dense_lane *l) {
+  cl_mem *const buffers[] = {&l->waves,    &l->one_plus_cos, &l->panels,
+                             &l->segments, &l->coefficients, &l->pairs};
+  for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
+    hetab_release(*buffers[i]);
+  if (l->kernel)
+    clReleaseKernel(l->kernel);
+  *l = (hetab_dense_lane){0};
+}
+
+/* The pairs of some theta_i rows; kept while the same rows are asked for again, as they are for
+ * every wavelength. */
+static hetab_status load_pairs(hetab_context *ctx, const hetab_engine *engine,
+                               const hetab_dense *dense, hetab_dense_lane *l, size_t first,
+                               size_t count) {
+  size_t per_row = dense->count[HETAB_THETA_R];
+  if (l->pairs && l->pairs_first == first && l->pairs_count == count)
+    return HETAB_OK;
+  hetab_release(l->pairs);
+  l->pairs = NULL;
+  double *reals = hetab_alloc(ctx, count * per_row, HETAB_PAIR_REALS * sizeof *reals);
+  if (!reals)
+    return HETAB_ERR_MEMORY;
+  for (size_t i = 0; i < count; i++)
+    for (size_t r = 0; r < per_row; r++) {
+      hetab_pair pair = hetab_pair_of(&dense->theta_i[first + i], &dense->theta_r[r]);
+      pair_row(engine, &pair, reals + (i * per_row + r) * HETAB_PAIR_REALS);
+    }
+  hetab_status status = hetab_lane_upload(ctx, engine, l->lane, reals,
+                                          count * per_row * HETAB_PAIR_REALS, &l->pairs);
+  free(reals);
+  l->pairs_first = first;
+  l->pairs_count = count;
+  return status;
+}
+
+static void set_inputs(hetab_args *args, const hetab_dense_lane *l, size_t wavelength) {
+  hetab_arg_mem(args, l->waves);
+  hetab_arg_int(args, wavelength);
+  hetab_arg_mem(args, l->pairs);
+  hetab_arg_int(args, 0);
+}
+
+hetab_status hetab_dense_run(hetab_context *ctx, const hetab_engine *engine,
+                             const hetab_dense *dense, hetab_dense_lane *l, size_t wavelength,
+                             size_t first, size_t count, cl_mem out) {
+  size_t rows = count * dense->count[HETAB_THETA_R];
+  HETAB_TRY(load_pairs(ctx, engine, dense, l, first, count));
+  hetab_args args = {ctx, engine, l->lane, l->kernel, 0, HETAB_OK};
+  if (l->which == HETAB_DENSE_STORE)
+    hetab_arg_real(&args, 1.0);
+  else
+    set_inputs(&args, l, wavelength);
+  hetab_arg_int(&args, rows);
+  if (l->which != HETAB_DENSE_STORE)
+    hetab_arg_mem(&args, l->one_plus_cos);
+  hetab_arg_int(&args, dense->count[HETAB_PHI]);
+  if (l->which == HETAB_DENSE_ROWS) {
+    hetab_arg_mem(&args, l->panels);
+    hetab_arg_mem(&args, l->segments);
+    hetab_arg_mem(&args, l->coefficients);
+    hetab_arg_int(&args, dense->atlas.panel_count);
+    hetab_arg_real(&args, dense->atlas.log2_g);
+    hetab_arg_real(&args, dense->atlas_amplitude);
+  }
+  hetab_arg_mem(&args, out);
+  HETAB_TRY(args.status);
+  return hetab_lane_run_rows(ctx, l->lane, l->kernel, rows);
+}
+
+double hetab_dense_literal(const hetab_dense *dense, size_t wavelength, size_t i, size_t r,
+                           size_t p) {
+  const hetab_band *band = &hetab_surface_bands(dense->surface)[wavelength];
+  hetab_point point = {.lambda_um = band->lambda_um,
+                       .theta_i = dense->theta_i[i].theta,
+                       .theta_r = dense->theta_r[r].theta,
+                       .phi = hetab_radians(hetab_grid_deg(dense->grid, HETAB_PHI)[p]),
+                       .sigma0_um = hetab_surface_sigma0_um(dense->surface),
+                       .tau_um = hetab_surface_tau_um(dense->surface),
+                       .n = band->n,
+                       .k = band->k,
+                       .diffuse_brdf = band->diffuse_brdf};
+  return hetab_literal(&point).total;
+}

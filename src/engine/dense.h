@@ -1,0 +1,65 @@
+/* What dense tables are computed from, shared by the tabulation and the benchmark. */
+#ifndef HETAB_ENGINE_DENSE_H
+#define HETAB_ENGINE_DENSE_H
+
+#include <hetab/tabulate.h>
+
+#include "engine/engine_internal.h"
+#include "model/model.h"
+
+typedef enum hetab_dense_kernel {
+  HETAB_DENSE_ROWS,
+  HETAB_DENSE_SERIES,
+  HETAB_DENSE_STORE
+} hetab_dense_kernel;
+
+/* A job's host side: directions and waves in double, the series' polynomials. */
+typedef struct hetab_dense {
+  const hetab_surface *surface;
+  const hetab_grid *grid;
+  size_t count[HETAB_AXIS_COUNT], wavelength_count;
+  hetab_direction *theta_i, *theta_r;
+  double *one_plus_cos; /* [phi_padded] */
+  size_t phi_padded;
+  double *waves; /* [wavelength][HETAB_WAVE_REALS] */
+  hetab_atlas atlas;
+  double atlas_amplitude; /* rows of larger amplitude could be seen beyond the atlas's end */
+  size_t rows_i; /* theta_i rows per slab */
+} hetab_dense;
+
+/* One device's side: its buffers and kernel. */
+typedef struct hetab_dense_lane {
+  const hetab_lane *lane;
+  cl_kernel kernel;
+  hetab_dense_kernel which;
+  cl_mem waves, one_plus_cos, panels, segments, coefficients;
+  cl_mem pairs; /* of the theta_i rows pairs_first .. */
+  size_t pairs_first, pairs_count;
+} hetab_dense_lane;
+
+hetab_status hetab_dense_create(hetab_context *ctx, const hetab_engine *engine,
+                                const hetab_surface *surface, const hetab_grid *grid,
+                                hetab_dense *dense);
+void hetab_dense_clear(hetab_dense *dense);
+
+hetab_status hetab_dense_lane_create(hetab_context *ctx, const hetab_engine *engine,
+                                     const hetab_lane *lane, const hetab_dense *dense,
+                                     hetab_dense_kernel which, hetab_dense_lane *out);
+void hetab_dense_lane_clear(hetab_dense_lane *lane);
+
+/* Compute theta_i rows [first, first + count) of a wavelength into out; blocks until done. */
+hetab_status hetab_dense_run(hetab_context *ctx, const hetab_engine *engine,
+                             const hetab_dense *dense, hetab_dense_lane *lane, size_t wavelength,
+                             size_t first, size_t count, cl_mem out);
+
+/* The literal reference at one entry: dd + ud, 1/sr. */
+double hetab_dense_literal(const hetab_dense *dense, size_t wavelength, size_t i, size_t r,
+                           size_t p);
+
+/* A value as the engine's nearest real and the rest. */
+void hetab_two_reals(const hetab_engine *engine, double value, double two[2]);
+/* The kernels' row of one wavelength, kernels/tables.h; its weights are left as they are. */
+void hetab_wave_row(const hetab_engine *engine, const hetab_surface *surface,
+                    const hetab_band *band, double *row);
+
+#endif

@@ -1,0 +1,240 @@
+#include "engine/engine_internal.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "cl/device.h"
+#include "cl/program.h"
+
+const char *hetab_method_name(hetab_method method) {
+  static const char *const names[] = {"rows", "series", "literal"};
+  return (size_t)method < 3 ? names[method] : "unknown";
+}
+
+const char *hetab_precision_name(hetab_precision precision) {
+  return precision == HETAB_DOUBLE ? "double" : "float";
+}
+
+hetab_precision hetab_engine_precision(const hetab_engine *engine) {
+  return engine->precision;
+}
+
+hetab_method hetab_engine_method(const hetab_engine *engine) {
+  return engine->method;
+}
+
+double hetab_engine_tolerance(const hetab_engine *engine) {
+  return engine->tolerance;
+}
+
+const char *hetab_engine_device(const hetab_engine *engine) {
+  return engine->device_text;
+}
+
+size_t hetab_real_size(const hetab_engine *engine) {
+  return engine->precision == HETAB_DOUBLE ? sizeof(double) : sizeof(float);
+}
+
+double hetab_seconds(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+static int power_of_two_up_to_16(cl_uint width) {
+  int power = 1;
+  while (power < 16 && 2 * power <= (int)width)
+    power *= 2;
+  return power;
+}
+
+/* CPUs want explicit vectors and a few rows a work-group; GPUs scalars and a work-group along the
+ * row, so that neighbours store neighbours. */
+static void choose_shape(hetab_lane *lane, hetab_precision precision) {
+  cl_device_info width = precision == HETAB_DOUBLE ? CL_DEVICE_NATIVE_VECTOR_WIDTH_DOUBLE
+                                                   : CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT;
+  if (hetab_cl_device_is_cpu(lane->device)) {
+    lane->vector_width = power_of_two_up_to_16(hetab_cl_device_uint(lane->device, width));
+    lane->local[0] = 1;
+    lane->local[1] = 8;
+  } else {
+    lane->vector_width = 1;
+    lane->local[0] = 64;
+    lane->local[1] = 1;
+  }
+}
+
+static hetab_status open_lane(hetab_context *ctx, const hetab_engine *engine, cl_device_id device,
+                              hetab_lane *lane) {
+  cl_int error = CL_SUCCESS;
+  lane->device = device;
+  if (engine->precision == HETAB_DOUBLE &&
+      hetab_cl_device_uint(device, CL_DEVICE_NATIVE_VECTOR_WIDTH_DOUBLE) == 0) {
+    char name[128];
+    hetab_cl_device_text(device, CL_DEVICE_NAME, name, sizeof name);
+    return hetab_fail(ctx, HETAB_ERR_UNSUPPORTED,
+                      "%s has no double precision (fp64); use float, or another device", name);
+  }
+  choose_shape(lane, engine->precision);
+  lane->context = clCreateContext(NULL, 1, &device, NULL, NULL, &error);
+  HETAB_TRY(hetab_cl_check(ctx, error, "clCreateContext", device));
+  lane->queue = clCreateCommandQueue(lane->context, device, 0, &error);
+  return hetab_cl_check(ctx, error, "clCreateCommandQueue", device);
+}
+
+static void describe(hetab_engine *engine) {
+  size_t length = 0;
+  for (int i = 0; i < engine->lane_count; i++) {
+    char name[128];
+    cl_device_id device = engine->lanes[i].device;
+    hetab_cl_device_text(device, CL_DEVICE_NAME, name, sizeof name);
+    int written = snprintf(engine->device_text + length, sizeof engine->device_text - length,
+                           "%s%s, %u compute units", i ? "; " : "", name,
+                           hetab_cl_device_uint(device, CL_DEVICE_MAX_COMPUTE_UNITS));
+    if (written < 0 || (length += (size_t)written) >= sizeof engine->device_text)
+      return;
+  }
+}
+
+static hetab_status open_lanes(hetab_context *ctx, const char *selector, hetab_engine *engine) {
+  cl_device_id *devices;
+  size_t count;
+  hetab_status status = HETAB_OK;
+  HETAB_TRY(hetab_cl_select(ctx, selector, &devices, &count));
+  for (size_t i = 0; i < count && i < HETAB_MOST_LANES && status == HETAB_OK; i++)
+    status = open_lane(ctx, engine, devices[i], &engine->lanes[engine->lane_count++]);
+  free(devices);
+  describe(engine);
+  return status;
+}
+
+hetab_status hetab_engine_create(hetab_context *ctx, const hetab_engine_options *options,
+                                 hetab_engine **out) {
+  static const hetab_engine_options defaults = {0};
+  const hetab_engine_options *o = options ? options : &defaults;
+  *out = NULL;
+  if (o->tolerance < 0.0 || o->tolerance >= 1.0 || o->tolerance != o->tolerance)
+    return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
+                      "tolerance %g: give a relative error between 0 and 1, for example 1e-5",
+                      o->tolerance);
+  hetab_engine *engine = hetab_alloc(ctx, 1, sizeof *engine);
+  if (!engine)
+    return HETAB_ERR_MEMORY;
+  engine->precision = o->method == HETAB_METHOD_LITERAL ? HETAB_DOUBLE : o->precision;
+  engine->method = o->method;
+  engine->tolerance =
+      o->tolerance > 0.0 ? o->tolerance : engine->precision == HETAB_DOUBLE ? 1e-9 : 1e-5;
+  hetab_status status = HETAB_OK;
+  if (o->method == HETAB_METHOD_LITERAL)
+    snprintf(engine->device_text, sizeof engine->device_text, "host, 1 core");
+  else
+    status = open_lanes(ctx, o->devices, engine);
+  if (status != HETAB_OK) {
+    hetab_engine_free(engine);
+    return status;
+  }
+  *out = engine;
+  return HETAB_OK;
+}
+
+void hetab_engine_free(hetab_engine *engine) {
+  if (!engine)
+    return;
+  for (int i = 0; i < engine->lane_count; i++) {
+    if (engine->lanes[i].queue)
+      clReleaseCommandQueue(engine->lanes[i].queue);
+    if (engine->lanes[i].context)
+      clReleaseContext(engine->lanes[i].context);
+  }
+  free(engine);
+}
+
+hetab_status hetab_lane_kernel(hetab_context *ctx, const hetab_engine *engine,
+                               const hetab_lane *lane, const hetab_atlas *atlas,
+                               const char *program, const char *kernel, cl_kernel *out) {
+  static const hetab_atlas none = {.degree_x = 1, .degree_g = 1, .pad = 16};
+  const hetab_atlas *a = atlas ? atlas : &none;
+  char options[256];
+  cl_program built;
+  cl_int error = CL_SUCCESS;
+  snprintf(options, sizeof options,
+           "-cl-std=CL1.2 -DHETAB_REAL_BITS=%d -DHETAB_VW=%d -DHETAB_ATLAS_X=%d "
+           "-DHETAB_ATLAS_PAD=%d -DHETAB_ATLAS_G=%d",
+           engine->precision == HETAB_DOUBLE ? 64 : 32, lane->vector_width, a->degree_x, a->pad,
+           a->degree_g);
+  HETAB_TRY(hetab_cl_program(ctx, lane->context, lane->device, program, options, &built));
+  *out = clCreateKernel(built, kernel, &error);
+  clReleaseProgram(built); /* the kernel holds it */
+  return hetab_cl_check(ctx, error, "clCreateKernel", lane->device);
+}
+
+hetab_status hetab_lane_upload(hetab_context *ctx, const hetab_engine *engine,
+                               const hetab_lane *lane, const double *values, size_t count,
+                               cl_mem *out) {
+  cl_int error = CL_SUCCESS;
+  float *narrow = NULL;
+  if (engine->precision == HETAB_FLOAT) {
+    narrow = hetab_alloc(ctx, count, sizeof *narrow);
+    if (!narrow)
+      return HETAB_ERR_MEMORY;
+    for (size_t i = 0; i < count; i++)
+      narrow[i] = (float)values[i];
+  }
+  const void *bytes = narrow ? (const void *)narrow : (const void *)values;
+  union {
+    const void *in;
+    void *out; /* OpenCL takes the source of a copy without const */
+  } source = {bytes};
+  *out = clCreateBuffer(lane->context, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR,
+                        count * hetab_real_size(engine), source.out, &error);
+  free(narrow);
+  return hetab_cl_check(ctx, error, "clCreateBuffer", lane->device);
+}
+
+hetab_status hetab_lane_output(hetab_context *ctx, const hetab_engine *engine,
+                               const hetab_lane *lane, size_t count, cl_mem *out) {
+  cl_int error = CL_SUCCESS;
+  *out = clCreateBuffer(lane->context, CL_MEM_READ_WRITE | CL_MEM_ALLOC_HOST_PTR,
+                        count * hetab_real_size(engine), NULL, &error);
+  return hetab_cl_check(ctx, error, "clCreateBuffer", lane->device);
+}
+
+void hetab_arg(hetab_args *args, size_t size, const void *value) {
+  cl_int error = clSetKernelArg(args->kernel, args->next++, size, value);
+  if (args->status == HETAB_OK)
+    args->status = hetab_cl_check(args->ctx, error, "clSetKernelArg", args->lane->device);
+}
+
+void hetab_arg_mem(hetab_args *args, cl_mem buffer) {
+  hetab_arg(args, sizeof buffer, &buffer);
+}
+
+void hetab_arg_int(hetab_args *args, size_t value) {
+  cl_int number = (cl_int)value;
+  hetab_arg(args, sizeof number, &number);
+}
+
+void hetab_arg_real(hetab_args *args, double value) {
+  float narrow = (float)value;
+  if (args->engine->precision == HETAB_DOUBLE)
+    hetab_arg(args, sizeof value, &value);
+  else
+    hetab_arg(args, sizeof narrow, &narrow);
+}
+
+hetab_status hetab_lane_run_rows(hetab_context *ctx, const hetab_lane *lane, cl_kernel kernel,
+                                 size_t rows) {
+  size_t group = lane->local[1];
+  size_t global[2] = {lane->local[0], (rows + group - 1) / group * group};
+  HETAB_CL_TRY(ctx, lane->device, clEnqueueNDRangeKernel, lane->queue, kernel, 2, NULL, global,
+               lane->local, 0, NULL, NULL);
+  HETAB_CL_TRY(ctx, lane->device, clFinish, lane->queue);
+  return HETAB_OK;
+}
+
+void hetab_release(cl_mem buffer) {
+  if (buffer)
+    clReleaseMemObject(buffer);
+}

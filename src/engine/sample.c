@@ -1,0 +1,72 @@
+#include "engine/sample.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+uint64_t hetab_random(uint64_t *state) {
+  uint64_t z = (*state += 0x9e3779b97f4a7c15u);
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+  return z ^ (z >> 31);
+}
+
+double hetab_random_unit(uint64_t *state) {
+  return (double)(hetab_random(state) >> 11) * 0x1p-53;
+}
+
+static int by_position(const void *a, const void *b) {
+  uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
+  return x < y ? -1 : x > y;
+}
+
+static int by_value(const void *a, const void *b) {
+  double x = *(const double *)a, y = *(const double *)b;
+  return x < y ? -1 : x > y;
+}
+
+hetab_status hetab_sample_create(hetab_context *ctx, size_t count, uint64_t total, unsigned seed,
+                                 hetab_sample *sample) {
+  uint64_t state = seed;
+  *sample = (hetab_sample){.count = count};
+  sample->positions = hetab_alloc(ctx, count, sizeof *sample->positions);
+  sample->relative = hetab_alloc(ctx, count, sizeof *sample->relative);
+  if (!sample->positions || !sample->relative) {
+    hetab_sample_clear(sample);
+    return HETAB_ERR_MEMORY;
+  }
+  for (size_t i = 0; i < count; i++)
+    sample->positions[i] = hetab_random(&state) % total;
+  qsort(sample->positions, count, sizeof *sample->positions, by_position);
+  return HETAB_OK;
+}
+
+void hetab_sample_clear(hetab_sample *sample) {
+  free(sample->positions);
+  free(sample->relative);
+  *sample = (hetab_sample){0};
+}
+
+void hetab_sample_add(hetab_sample *sample, double value, double reference) {
+  hetab_error_stats *s = &sample->stats;
+  s->samples++;
+  if (!isfinite(value) || value < 0.0) {
+    s->bad++;
+  } else if (reference >= HETAB_FLOOR_PER_SR) {
+    double relative = fabs(value - reference) / reference;
+    sample->relative[s->compared++] = relative;
+    s->rms_rel += relative * relative;
+    s->max_rel = fmax(s->max_rel, relative);
+  } else {
+    s->max_abs_below = fmax(s->max_abs_below, fabs(value - reference));
+  }
+}
+
+hetab_error_stats hetab_sample_finish(hetab_sample *sample) {
+  hetab_error_stats *s = &sample->stats;
+  if (s->compared) {
+    qsort(sample->relative, s->compared, sizeof *sample->relative, by_value);
+    s->p99_rel = sample->relative[(size_t)(0.99 * (double)(s->compared - 1))];
+    s->rms_rel = sqrt(s->rms_rel / (double)s->compared);
+  }
+  return *s;
+}

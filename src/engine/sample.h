@@ -1,0 +1,34 @@
+/* Measured error: a random sample of what was computed, compared with the literal reference. */
+#ifndef HETAB_ENGINE_SAMPLE_H
+#define HETAB_ENGINE_SAMPLE_H
+
+#include <stdint.h>
+
+#include <hetab/tabulate.h>
+
+#include "core/context.h"
+
+/* Relative errors are taken where the reference is at least this, 1/sr; absolute ones below. */
+#define HETAB_FLOOR_PER_SR 1e-9
+
+typedef struct hetab_sample {
+  size_t count, next;
+  uint64_t *positions;   /* ascending flat positions in the table */
+  double *relative;      /* of the compared ones so far */
+  hetab_error_stats stats;
+} hetab_sample;
+
+/* count distinct-enough random positions below total, by a fixed generator. */
+hetab_status hetab_sample_create(hetab_context *ctx, size_t count, uint64_t total, unsigned seed,
+                                 hetab_sample *sample);
+void hetab_sample_clear(hetab_sample *sample);
+/* Take one comparison. */
+void hetab_sample_add(hetab_sample *sample, double value, double reference);
+/* Fills in p99 and RMS. */
+hetab_error_stats hetab_sample_finish(hetab_sample *sample);
+
+/* splitmix64: the next of a sequence, and the same as a double in [0, 1). */
+uint64_t hetab_random(uint64_t *state);
+double hetab_random_unit(uint64_t *state);
+
+#endif

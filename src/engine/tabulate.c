@@ -1,0 +1,348 @@
+/* A dense table as a stream of slabs: a thread per device computes, the caller's thread samples
+ * the error and hands each slab to the sink, so that writing overlaps computing. */
+#include <hetab/tabulate.h>
+
+#include <pthread.h>
+#include <stdlib.h>
+#include <time.h>
+
+#include "cl/device.h"
+#include "engine/dense.h"
+#include "engine/sample.h"
+
+enum { SLOTS_PER_LANE = 2 };
+
+/* One slab on its way: filled by a lane's thread, emptied by the caller's. */
+typedef struct slot {
+  int ready;
+  size_t task;
+  cl_mem buffer;      /* NULL for the literal method */
+  const void *values; /* mapped from the buffer, or own memory */
+  double *own;
+} slot;
+
+typedef struct job {
+  hetab_context *ctx;
+  const hetab_engine *engine;
+  hetab_dense dense;
+  size_t chunk_count, task_count; /* tasks: chunk of theta_i rows major, wavelength minor */
+  pthread_mutex_t mutex;
+  pthread_cond_t changed;
+  size_t next_task;
+  int stop; /* set by whoever ends the job early */
+  hetab_context failure; /* message of the first thread that failed */
+  hetab_status status;
+  double kernel_seconds;
+} job;
+
+typedef struct worker {
+  job *job;
+  const hetab_lane *lane; /* NULL: the literal method */
+  hetab_dense_lane dense_lane;
+  hetab_context ctx; /* one thread, one context */
+  slot slots[SLOTS_PER_LANE];
+  double kernel_seconds;
+  pthread_t thread;
+} worker;
+
+static hetab_slab slab_of(const job *job, size_t task) {
+  const hetab_dense *d = &job->dense;
+  size_t first = task / d->wavelength_count * d->rows_i;
+  size_t left = d->count[HETAB_THETA_I] - first;
+  return (hetab_slab){.wavelength = task % d->wavelength_count,
+                      .theta_i_first = first,
+                      .theta_i_count = left < d->rows_i ? left : d->rows_i};
+}
+
+static size_t slab_entries(const job *job, const hetab_slab *slab) {
+  return slab->theta_i_count * job->dense.count[HETAB_THETA_R] * job->dense.count[HETAB_PHI];
+}
+
+static void fill_literal(const job *job, const hetab_slab *slab, double *values) {
+  const hetab_dense *d = &job->dense;
+  for (size_t i = 0; i < slab->theta_i_count; i++)
+    for (size_t r = 0; r < d->count[HETAB_THETA_R]; r++)
+      for (size_t p = 0; p < d->count[HETAB_PHI] && !job->stop; p++)
+        *values++ = hetab_dense_literal(d, slab->wavelength, slab->theta_i_first + i, r, p);
+}
+
+static hetab_status map_slot(worker *w, slot *s, size_t entries) {
+  cl_int error = CL_SUCCESS;
+  s->values =
+      clEnqueueMapBuffer(w->lane->queue, s->buffer, CL_TRUE, CL_MAP_READ, 0,
+                         entries * hetab_real_size(w->job->engine), 0, NULL, NULL, &error);
+  return hetab_cl_check(&w->ctx, error, "clEnqueueMapBuffer", w->lane->device);
+}
+
+static void unmap_slot(worker *w, slot *s) {
+  union {
+    const void *in;
+    void *out;
+  } values = {s->values};
+  if (s->buffer && s->values)
+    clEnqueueUnmapMemObject(w->lane->queue, s->buffer, values.out, 0, NULL, NULL);
+  s->values = NULL;
+}
+
+static hetab_status compute(worker *w, slot *s) {
+  job *job = w->job;
+  hetab_slab slab = slab_of(job, s->task);
+  double start = hetab_seconds();
+  if (!w->lane) {
+    fill_literal(job, &slab, s->own);
+    s->values = s->own;
+  } else {
+    unmap_slot(w, s);
+    HETAB_TRY(hetab_dense_run(&w->ctx, job->engine, &job->dense, &w->dense_lane, slab.wavelength,
+                              slab.theta_i_first, slab.theta_i_count, s->buffer));
+  }
+  w->kernel_seconds += hetab_seconds() - start;
+  return w->lane ? map_slot(w, s, slab_entries(job, &slab)) : HETAB_OK;
+}
+
+/* The next task into a free slot; 0 when there is none, or none is wanted any more. */
+static int take_task(worker *w, slot **out) {
+  job *job = w->job;
+  int taken = 0;
+  pthread_mutex_lock(&job->mutex);
+  while (!job->stop && job->next_task < job->task_count && !taken) {
+    for (int i = 0; i < SLOTS_PER_LANE && !taken; i++)
+      if (!w->slots[i].ready) {
+        *out = &w->slots[i];
+        (*out)->task = job->next_task++;
+        taken = 1;
+      }
+    if (!taken)
+      pthread_cond_wait(&job->changed, &job->mutex);
+  }
+  pthread_mutex_unlock(&job->mutex);
+  return taken;
+}
+
+static void hand_over(worker *w, slot *s, hetab_status status) {
+  job *job = w->job;
+  pthread_mutex_lock(&job->mutex);
+  if (status == HETAB_OK) {
+    s->ready = 1;
+  } else if (job->status == HETAB_OK) {
+    job->status = status;
+    job->failure = w->ctx;
+    job->stop = 1;
+  }
+  pthread_cond_broadcast(&job->changed);
+  pthread_mutex_unlock(&job->mutex);
+}
+
+static hetab_status prepare(worker *w) {
+  const hetab_dense *d = &w->job->dense;
+  size_t entries = d->rows_i * d->count[HETAB_THETA_R] * d->count[HETAB_PHI];
+  hetab_dense_kernel which =
+      w->job->engine->method == HETAB_METHOD_ROWS ? HETAB_DENSE_ROWS : HETAB_DENSE_SERIES;
+  if (w->lane)
+    HETAB_TRY(hetab_dense_lane_create(&w->ctx, w->job->engine, w->lane, d, which, &w->dense_lane));
+  for (int i = 0; i < SLOTS_PER_LANE; i++) {
+    slot *s = &w->slots[i];
+    if (w->lane)
+      HETAB_TRY(hetab_lane_output(&w->ctx, w->job->engine, w->lane, entries, &s->buffer));
+    else if (!(s->own = hetab_alloc(&w->ctx, entries, sizeof *s->own)))
+      return HETAB_ERR_MEMORY;
+  }
+  return HETAB_OK;
+}
+
+static void *work(void *argument) {
+  worker *w = argument;
+  slot *s = NULL;
+  hetab_status status = prepare(w);
+  if (status != HETAB_OK)
+    hand_over(w, NULL, status);
+  while (status == HETAB_OK && take_task(w, &s)) {
+    status = compute(w, s);
+    hand_over(w, s, status);
+  }
+  pthread_mutex_lock(&w->job->mutex);
+  w->job->kernel_seconds += w->kernel_seconds;
+  pthread_cond_broadcast(&w->job->changed);
+  pthread_mutex_unlock(&w->job->mutex);
+  return NULL;
+}
+
+static void release_worker(worker *w) {
+  for (int i = 0; i < SLOTS_PER_LANE; i++) {
+    unmap_slot(w, &w->slots[i]);
+    if (w->lane)
+      clFinish(w->lane->queue);
+    hetab_release(w->slots[i].buffer);
+    free(w->slots[i].own);
+  }
+  hetab_dense_lane_clear(&w->dense_lane);
+}
+
+static slot *find_ready(worker *workers, int count) {
+  for (int w = 0; w < count; w++)
+    for (int i = 0; i < SLOTS_PER_LANE; i++)
+      if (workers[w].slots[i].ready)
+        return &workers[w].slots[i];
+  return NULL;
+}
+
+/* A finished slab; NULL when a thread failed, or after a tenth of a second with neither, so that
+ * the caller can look after progress and cancellation. */
+static slot *wait_ready(job *job, worker *workers, int count) {
+  struct timespec until;
+  clock_gettime(CLOCK_REALTIME, &until);
+  until.tv_nsec += 100000000;
+  until.tv_sec += until.tv_nsec / 1000000000;
+  until.tv_nsec %= 1000000000;
+  pthread_mutex_lock(&job->mutex);
+  slot *found = find_ready(workers, count);
+  if (!found && !job->stop) {
+    pthread_cond_timedwait(&job->changed, &job->mutex, &until);
+    found = find_ready(workers, count);
+  }
+  pthread_mutex_unlock(&job->mutex);
+  return found;
+}
+
+static hetab_status thread_failure(job *job) {
+  return hetab_fail(job->ctx, job->status, "%s", job->failure.message);
+}
+
+static void set_free(job *job, slot *s) {
+  pthread_mutex_lock(&job->mutex);
+  s->ready = 0;
+  pthread_cond_broadcast(&job->changed);
+  pthread_mutex_unlock(&job->mutex);
+}
+
+static double entry_of(const hetab_engine *engine, const void *values, size_t i) {
+  return engine->precision == HETAB_DOUBLE ? ((const double *)values)[i]
+                                           : (double)((const float *)values)[i];
+}
+
+/* Compare the sampled entries of one slab: positions count entries within [task][slab]. */
+static void sample_slab(const job *job, const hetab_slab *slab, uint64_t first,
+                        hetab_sample *sample) {
+  const hetab_dense *d = &job->dense;
+  uint64_t last = first + slab_entries(job, slab);
+  for (size_t n = 0; n < sample->count; n++) {
+    uint64_t position = sample->positions[n];
+    if (position < first || position >= last)
+      continue;
+    size_t at = (size_t)(position - first), phi = d->count[HETAB_PHI];
+    size_t r = at / phi % d->count[HETAB_THETA_R];
+    size_t i = slab->theta_i_first + at / phi / d->count[HETAB_THETA_R];
+    hetab_sample_add(sample, entry_of(job->engine, slab->values, at),
+                     hetab_dense_literal(d, slab->wavelength, i, r, at % phi));
+  }
+}
+
+/* Flat position of a task's first entry: chunks before it hold all wavelengths. */
+static uint64_t task_start(const job *job, const hetab_slab *slab) {
+  const hetab_dense *d = &job->dense;
+  uint64_t row = (uint64_t)d->count[HETAB_THETA_R] * d->count[HETAB_PHI];
+  return row * (slab->theta_i_first * d->wavelength_count + slab->wavelength * slab->theta_i_count);
+}
+
+/* The caller's thread: every slab once, to the sample and to the sink. */
+static hetab_status deliver(job *job, worker *workers, int count, hetab_sample *sample,
+                            hetab_slab_fn sink, void *user, double total) {
+  double done = 0.0;
+  for (size_t delivered = 0; delivered < job->task_count;) {
+    HETAB_TRY(hetab_progress(job->ctx, done, total));
+    slot *s = wait_ready(job, workers, count);
+    if (!s && job->stop)
+      return thread_failure(job);
+    if (!s)
+      continue;
+    hetab_slab slab = slab_of(job, s->task);
+    slab.values = s->values;
+    sample_slab(job, &slab, task_start(job, &slab), sample);
+    if (sink)
+      HETAB_TRY(sink(job->ctx, user, &slab));
+    done += (double)slab_entries(job, &slab);
+    delivered++;
+    set_free(job, s);
+  }
+  return hetab_progress(job->ctx, done, total);
+}
+
+static void stop_all(job *job, worker *workers, int started) {
+  pthread_mutex_lock(&job->mutex);
+  job->stop = 1;
+  pthread_cond_broadcast(&job->changed);
+  pthread_mutex_unlock(&job->mutex);
+  for (int i = 0; i < started; i++) {
+    pthread_join(workers[i].thread, NULL);
+    release_worker(&workers[i]);
+  }
+}
+
+static hetab_status run(job *job, hetab_sample *sample, hetab_slab_fn sink, void *user,
+                        double total) {
+  int count = job->engine->lane_count ? job->engine->lane_count : 1, started = 0;
+  hetab_status status = HETAB_OK;
+  worker *workers = hetab_alloc(job->ctx, (size_t)count, sizeof *workers);
+  if (!workers)
+    return HETAB_ERR_MEMORY;
+  for (; started < count && status == HETAB_OK; started++) {
+    worker *w = &workers[started];
+    w->job = job;
+    w->lane = job->engine->lane_count ? &job->engine->lanes[started] : NULL;
+    if (pthread_create(&w->thread, NULL, work, w) != 0) {
+      status = hetab_fail(job->ctx, HETAB_ERR_MEMORY, "cannot start a thread");
+      break;
+    }
+  }
+  if (status == HETAB_OK)
+    status = deliver(job, workers, count, sample, sink, user, total);
+  stop_all(job, workers, started);
+  free(workers);
+  return status;
+}
+
+hetab_status hetab_tabulate(hetab_context *ctx, hetab_engine *engine, const hetab_surface *surface,
+                            const hetab_grid *grid, const hetab_tabulate_options *options,
+                            hetab_slab_fn sink, void *user, hetab_report *report) {
+  double start = hetab_seconds();
+  job job = {.ctx = ctx,
+             .engine = engine,
+             .mutex = PTHREAD_MUTEX_INITIALIZER,
+             .changed = PTHREAD_COND_INITIALIZER};
+  hetab_sample sample = {0};
+  hetab_status status;
+  HETAB_TRY(hetab_dense_create(ctx, engine, surface, grid, &job.dense));
+  const hetab_dense *d = &job.dense;
+  job.chunk_count = (d->count[HETAB_THETA_I] + d->rows_i - 1) / d->rows_i;
+  job.task_count = job.chunk_count * d->wavelength_count;
+  double total = (double)d->count[HETAB_THETA_I] * (double)d->count[HETAB_THETA_R] *
+                 (double)d->count[HETAB_PHI] * (double)d->wavelength_count;
+  HETAB_GOTO(hetab_sample_create(ctx, options ? options->samples : 2000, (uint64_t)total,
+                                 options ? options->seed : 0, &sample));
+  HETAB_GOTO(run(&job, &sample, sink, user, total));
+  if (report)
+    *report = (hetab_report){.entries = total,
+                             .kernel_seconds = job.kernel_seconds,
+                             .wall_seconds = hetab_seconds() - start,
+                             .error = hetab_sample_finish(&sample)};
+done:
+  hetab_sample_clear(&sample);
+  hetab_dense_clear(&job.dense);
+  return status;
+}
+
+hetab_status hetab_specular_reflectance(hetab_context *ctx, const hetab_surface *surface,
+                                        const double *theta_i_deg, size_t count, double *out) {
+  double tau = hetab_surface_tau_um(surface), sigma0 = hetab_surface_sigma0_um(surface);
+  for (size_t i = 0; i < count; i++) {
+    if (!(theta_i_deg[i] >= 0.0 && theta_i_deg[i] <= 90.0))
+      return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "theta_i = %g degrees is not in [0, 90]",
+                        theta_i_deg[i]);
+    hetab_direction d = hetab_direction_at(hetab_radians(theta_i_deg[i]), tau / (2.0 * sigma0));
+    for (size_t w = 0; w < hetab_surface_band_count(surface); w++) {
+      hetab_wave wave = hetab_wave_of(sigma0, tau, &hetab_surface_bands(surface)[w]);
+      out[w * count + i] = hetab_specular(&d, &wave);
+    }
+  }
+  return HETAB_OK;
+}

@@ -1,0 +1,170 @@
+#include "model/atlas.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "kernels/tables.h"
+#include "model/model.h"
+
+enum { PANELS_PER_OCTAVE = 2, MOST_DEGREE = 32 };
+
+void hetab_atlas_degrees(double tolerance, int vector_width, hetab_atlas *atlas) {
+  double digits = -log10(tolerance);
+  atlas->degree_x = digits <= 3.5 ? 8 : digits <= 4.5 ? 12 : digits <= 7.5 ? 16 : 24;
+  /* 1/g is the sharpest dependence; over half an octave its Chebyshev series falls by 11.6 a term */
+  atlas->degree_g = (int)ceil(log(120.0 / tolerance) / log(11.6));
+  atlas->pad = (atlas->degree_x + vector_width - 1) / vector_width * vector_width;
+}
+
+/* Chebyshev coefficients of the count values at cos(pi (k + 1/2) / count). */
+static void chebyshev(const double *values, int count, double *coefficients) {
+  for (int j = 0; j < count; j++) {
+    double sum = 0;
+    for (int k = 0; k < count; k++)
+      sum += values[k] * cos(M_PI * j * (k + 0.5) / count);
+    coefficients[j] = sum * (j ? 2.0 : 1.0) / count;
+  }
+}
+
+/* The same polynomial in powers of t, in place: sums of T_j by their recurrence. */
+static void to_powers(double *c, int count) {
+  double previous[MOST_DEGREE] = {1}, current[MOST_DEGREE] = {0, 1}, next[MOST_DEGREE];
+  double powers[MOST_DEGREE] = {0};
+  powers[0] = c[0];
+  for (int j = 1; j < count; j++) {
+    for (int i = 0; i <= j; i++)
+      powers[i] += c[j] * current[i];
+    for (int i = 0; i < count; i++)
+      next[i] = (i ? 2.0 * current[i - 1] : 0.0) - previous[i];
+    memcpy(previous, current, sizeof previous);
+    memcpy(current, next, sizeof(double) * (size_t)count);
+  }
+  memcpy(c, powers, sizeof(double) * (size_t)count);
+}
+
+static double node(int k, int count) {
+  return cos(M_PI * (k + 0.5) / count);
+}
+
+/* Where ln h(g, x) has fallen to ln_h_end. */
+static double end_of_x(double g, double ln_h_end) {
+  double low = 0, high = 1;
+  while (hetab_ln_h(g, high) > ln_h_end)
+    high *= 2;
+  for (int i = 0; i < 30; i++) {
+    double middle = 0.5 * (low + high);
+    if (hetab_ln_h(g, middle) > ln_h_end)
+      low = middle;
+    else
+      high = middle;
+  }
+  return high;
+}
+
+/* Do degree_x coefficients reach the tolerance on [a, b] at this g? Judged by the last three. */
+static int converges(const hetab_atlas *atlas, double g, double a, double b, double tolerance) {
+  double values[MOST_DEGREE], c[MOST_DEGREE];
+  int count = atlas->degree_x;
+  for (int k = 0; k < count; k++)
+    values[k] = hetab_ln_h(g, 0.5 * (a + b) + 0.5 * (b - a) * node(k, count));
+  chebyshev(values, count, c);
+  return fabs(c[count - 1]) + fabs(c[count - 2]) + fabs(c[count - 3]) < tolerance;
+}
+
+/* One segment's tensor product: nodes in u and t, then powers of both. */
+static void fit_segment(const hetab_atlas *atlas, double g_centre, double g_half, double a, double b,
+                        double *table) {
+  int nx = atlas->degree_x, ng = atlas->degree_g;
+  double values[MOST_DEGREE], c[MOST_DEGREE][MOST_DEGREE];
+  for (int k = 0; k < ng; k++) {
+    for (int j = 0; j < nx; j++)
+      values[j] = hetab_ln_h(g_centre + g_half * node(k, ng),
+                             0.5 * (a + b) + 0.5 * (b - a) * node(j, nx));
+    chebyshev(values, nx, c[k]);
+    to_powers(c[k], nx);
+  }
+  for (int j = 0; j < nx; j++) {
+    double column[MOST_DEGREE];
+    for (int k = 0; k < ng; k++)
+      values[k] = c[k][j];
+    chebyshev(values, ng, column);
+    to_powers(column, ng);
+    for (int k = 0; k < ng; k++)
+      table[k * atlas->pad + j] = column[k];
+  }
+}
+
+static hetab_status add_segment(hetab_context *ctx, hetab_atlas *atlas, double g_centre,
+                                double g_half, double a, double b) {
+  size_t n = atlas->segment_count;
+  size_t table = (size_t)atlas->degree_g * (size_t)atlas->pad;
+  if ((n & (n - 1)) == 0) { /* full at powers of two */
+    size_t room = n ? 2 * n : 1;
+    double *segments = realloc(atlas->segments, room * HETAB_SEGMENT_REALS * sizeof(double));
+    if (segments)
+      atlas->segments = segments;
+    double *coefficients = realloc(atlas->coefficients, room * table * sizeof(double));
+    if (coefficients)
+      atlas->coefficients = coefficients;
+    if (!segments || !coefficients)
+      return hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for the series' polynomials");
+  }
+  double *head = atlas->segments + n * HETAB_SEGMENT_REALS;
+  head[0] = a;
+  head[1] = 0.5 * (a + b);
+  head[2] = 2.0 / (b - a);
+  memset(atlas->coefficients + n * table, 0, table * sizeof(double));
+  fit_segment(atlas, g_centre, g_half, a, b, atlas->coefficients + n * table);
+  /* the largest constant apart, exactly, as a factor */
+  head[3] = exp(atlas->coefficients[n * table]);
+  atlas->coefficients[n * table] = 0.0;
+  atlas->segment_count++;
+  return HETAB_OK;
+}
+
+/* Segments from x = 0 on, each as long as converges where h is sharpest, at the panel's smallest
+ * g; lengths by trial, doubling and halving from the last one. */
+static hetab_status build_panel(hetab_context *ctx, hetab_atlas *atlas, double g_low, double g_high,
+                                double tolerance, double *panel) {
+  double end = end_of_x(g_high, atlas->ln_h_end), a = 0, length = end;
+  panel[0] = (double)atlas->segment_count;
+  panel[2] = 0.5 * (g_low + g_high);
+  panel[3] = 2.0 / (g_high - g_low);
+  panel[4] = end;
+  while (a < end) {
+    double b = fmin(a + 1.5 * length, end);
+    while (!converges(atlas, g_low, a, b, tolerance) && b - a > 1e-4 * end)
+      b = a + 0.7 * (b - a);
+    length = b - a;
+    HETAB_TRY(add_segment(ctx, atlas, panel[2], 0.5 * (g_high - g_low), a, b));
+    a = end - b < 1e-9 * end ? end : b;
+  }
+  panel[1] = (double)atlas->segment_count - panel[0];
+  return HETAB_OK;
+}
+
+hetab_status hetab_atlas_build(hetab_context *ctx, double g_min, double g_max, double tolerance,
+                               hetab_atlas *atlas) {
+  double first = floor(PANELS_PER_OCTAVE * log2(g_min));
+  double last = floor(PANELS_PER_OCTAVE * log2(g_max));
+  atlas->log2_g = first / PANELS_PER_OCTAVE;
+  atlas->panel_count = (size_t)(last - first) + 1;
+  atlas->panels = hetab_alloc(ctx, atlas->panel_count, HETAB_PANEL_REALS * sizeof(double));
+  if (!atlas->panels)
+    return HETAB_ERR_MEMORY;
+  for (size_t p = 0; p < atlas->panel_count; p++) {
+    double g_low = exp2((first + (double)p) / PANELS_PER_OCTAVE);
+    double g_high = exp2((first + (double)p + 1.0) / PANELS_PER_OCTAVE);
+    HETAB_TRY(build_panel(ctx, atlas, g_low, g_high, tolerance,
+                          atlas->panels + p * HETAB_PANEL_REALS));
+  }
+  return HETAB_OK;
+}
+
+void hetab_atlas_clear(hetab_atlas *atlas) {
+  free(atlas->panels);
+  free(atlas->segments);
+  free(atlas->coefficients);
+  *atlas = (hetab_atlas){0};
+}
