@@ -370,6 +370,7 @@ static void test_bad_files(void **state) {
       {"sigma0_um: 1\nindex: Al\n", {"s.yml:1", "key tau_um", "missing"}},
       {ROUGH, {"s.yml:1", "key index", "missing", "{file: PATH}"}},
       {METAL "sigma_um: 1\n", {"s.yml:4", "key sigma_um", "did you mean sigma0_um?"}},
+      {"sigma: 1\n", {"s.yml:1", "key sigma", "did you mean sigma0_um?"}},
       {METAL "wavelength_nm: 1\n", {"s.yml:4", "did you mean wavelengths_nm?"}},
       {METAL "Name: x\n", {"s.yml:4", "key Name", "did you mean name?"}},
       {METAL "zzz: 1\n", {"s.yml:4", "key zzz", "not known", "diffuse_brdf"}},

@@ -106,6 +106,8 @@ const char *hetab_nearest_word(const char *text, const char *const *words) {
   const char *nearest = NULL;
   size_t best = strlen(text) / 2 + 1; /* more edits than this are no misspelling */
   for (; *words; words++) {
+    if (*text && strncasecmp(text, *words, strlen(text)) == 0)
+      return *words; /* "sigma" for sigma0_um */
     size_t distance = edit_distance(text, *words);
     if (distance < best) {
       best = distance;
