@@ -4,7 +4,7 @@
  * effective roughness are not, but they do not depend on the wavelength: they are computed once a
  * cell and shared by the spectrum.
  *
- * In: waves[wavelength][HETAB_WAVE_REALS], frame[row][HETAB_HALF_REALS], cosines
+ * In: waves[wavelength][HETAB_WAVE_REALS], frame[row][HETAB_FRAME_REALS], cosines
  * mu_i[row][stride] and mu_r[row][stride] (from the host: they cancel at the horizon), stride a
  * multiple of HETAB_VW. Out: channels[HETAB_CHANNELS][row][stride], sum over wavelengths of
  * weight * (dd + ud); -1 where a direction is below the horizon. */
@@ -42,20 +42,20 @@ static inline vreal hetab_cells_value(const hetab_cells *c, const hetab_wave *wa
 
 __kernel void hetab_k_half_diff(__global const real *waves, int wavelength_count, real tau_2sigma,
                                 __global const real *frame, __global const real *mu_i,
-                                __global const real *mu_r, int first_row, int row_count, int stride,
+                                __global const real *mu_r, int row_count, int stride,
                                 __global real *channels) {
   int r = get_global_id(1);
   if (r >= row_count)
     return;
   size_t start = (size_t)r * stride, plane = (size_t)row_count * stride;
-  size_t cosine = (size_t)(first_row + r) * stride;
+  size_t cosine = (size_t)r * stride;
   for (int e = get_local_id(0) * HETAB_VW; e < stride; e += get_local_size(0) * HETAB_VW) {
     vreal i = V_LOAD(0, mu_i + cosine + e), o = V_LOAD(0, mu_r + cosine + e);
     vreal lowest = fmin(i, o);
     vreal sum[HETAB_CHANNELS] = {RC(0.0), RC(0.0), RC(0.0)};
     if (V_ANY(lowest > (vreal)RC(0.0))) {
       hetab_cells cells =
-          hetab_cells_of(i, o, frame + (size_t)(first_row + r) * HETAB_HALF_REALS, tau_2sigma);
+          hetab_cells_of(i, o, frame + (size_t)r * HETAB_FRAME_REALS, tau_2sigma);
       for (int w = 0; w < wavelength_count; w++) {
         hetab_wave wave = hetab_wave_load(waves, w);
         vreal value = hetab_cells_value(&cells, &wave);

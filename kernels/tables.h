@@ -18,7 +18,7 @@
 /* One result: dd, specular, g, x. */
 #define HETAB_RESULT_REALS 4
 /* One (theta_h, theta_d): x over the wave's (= lateral2), mu2. */
-#define HETAB_HALF_REALS 2
+#define HETAB_FRAME_REALS 2
 #define HETAB_CHANNELS 3
 /* One panel of the atlas: first segment, segments, centre of g, 1/half width of g, end of x. */
 #define HETAB_PANEL_REALS 5

@@ -49,6 +49,10 @@ void hetab_surface_free(hetab_surface *surface);
 hetab_status hetab_surface_set_wavelengths(hetab_context *ctx, hetab_surface *surface,
                                            const double *lambda_um, size_t count);
 
+/* The surface at any wavelength, without changing it: as set_wavelengths would. */
+hetab_status hetab_surface_at(hetab_context *ctx, const hetab_surface *surface, double lambda_um,
+                              hetab_band *band);
+
 const char *hetab_surface_name(const hetab_surface *surface);
 double hetab_surface_sigma0_um(const hetab_surface *surface);
 double hetab_surface_tau_um(const hetab_surface *surface);

@@ -62,23 +62,28 @@ hetab_status hetab_surface_sample(hetab_context *ctx, hetab_surface *surface,
   return HETAB_OK;
 }
 
-/* The diffuse part at new, ascending wavelengths: linear between the old ones, held at the ends. */
-static void resample_diffuse(const hetab_surface *surface, const double *lambda_um, size_t count,
-                             double *diffuse) {
+/* The diffuse part as given, at any wavelength: linear between the bands, held at the ends. */
+static double diffuse_at(const hetab_surface *surface, double lambda_um) {
   const hetab_band *bands = surface->bands;
-  const double *old = surface->diffuse;
-  size_t above = 0; /* the first old wavelength that is not below the new one */
-  for (size_t i = 0; i < count; i++) {
-    while (above < surface->count && bands[above].lambda_um < lambda_um[i])
-      above++;
-    if (above == 0 || above == surface->count) {
-      diffuse[i] = old[above ? above - 1 : 0];
-      continue;
-    }
-    double part = (bands[above].lambda_um - lambda_um[i]) /
-                  (bands[above].lambda_um - bands[above - 1].lambda_um);
-    diffuse[i] = old[above] + part * (old[above - 1] - old[above]);
-  }
+  const double *diffuse = surface->diffuse;
+  size_t above = 0; /* the first band that is not below */
+  if (surface->diffuse_count == 1)
+    return diffuse[0];
+  while (above < surface->count && bands[above].lambda_um < lambda_um)
+    above++;
+  if (above == 0 || above == surface->count)
+    return diffuse[above ? above - 1 : 0];
+  double part = (bands[above].lambda_um - lambda_um) /
+                (bands[above].lambda_um - bands[above - 1].lambda_um);
+  return diffuse[above] + part * (diffuse[above - 1] - diffuse[above]);
+}
+
+hetab_status hetab_surface_at(hetab_context *ctx, const hetab_surface *surface, double lambda_um,
+                              hetab_band *band) {
+  double diffuse = diffuse_at(surface, lambda_um);
+  band->lambda_um = lambda_um;
+  band->diffuse_brdf = surface->diffuse_is_brdf ? diffuse : diffuse / pi;
+  return hetab_index_at(ctx, surface->index, lambda_um, surface->extrapolate, &band->n, &band->k);
 }
 
 hetab_status hetab_surface_set_wavelengths(hetab_context *ctx, hetab_surface *surface,
@@ -91,7 +96,8 @@ hetab_status hetab_surface_set_wavelengths(hetab_context *ctx, hetab_surface *su
   double *resampled = hetab_alloc(ctx, count, sizeof *resampled);
   if (!resampled)
     return HETAB_ERR_MEMORY;
-  resample_diffuse(surface, lambda_um, count, resampled);
+  for (size_t i = 0; i < count; i++)
+    resampled[i] = diffuse_at(surface, lambda_um[i]);
   surface->diffuse = resampled;
   surface->diffuse_count = count;
   hetab_status status = hetab_surface_sample(ctx, surface, lambda_um, count);

@@ -1,0 +1,19 @@
+/* Spectra to linear sRGB: CIE 1931 2-degree observer, D65, 400-700 nm at 10 nm. */
+#ifndef HETAB_MODEL_COLOUR_H
+#define HETAB_MODEL_COLOUR_H
+
+#include <stddef.h>
+
+#include "core/context.h"
+
+/* Weights such that X, Y, Z = sum_w weight[w][0..2] spectrum[w], for samples at lambda_um[count],
+ * ascending: the 31 bands' weights, each split linearly between its neighbouring samples. All
+ * >= 0; a spectrum of 1 gives D65's white (0.950470, 1, 1.088830). HETAB_ERR_RANGE unless the
+ * samples reach from 400 to 700 nm in steps of at most 10 nm. */
+hetab_status hetab_xyz_weights(hetab_context *ctx, const double *lambda_um, size_t count,
+                               double (*weights)[3]);
+
+/* XYZ to linear sRGB (Rec. 709 primaries, D65); components may leave [0, 1]. */
+void hetab_xyz_to_srgb(const double xyz[3], double rgb[3]);
+
+#endif
