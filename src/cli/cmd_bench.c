@@ -91,19 +91,19 @@ static json_t *row_json(const bench *b, const hetab_bench_row *row) {
 }
 
 static void print_row(bench *b, const hetab_bench_row *row) {
-  char speed[16], tolerance[16] = "-", max[16], p99[16], rms[16];
+  char speed[16], ratio[16], tolerance[16] = "-", max[16], p99[16], rms[16];
   if (b->rows++ == 0)
     printf("%-10s %-8s %-7s %9s %10s %10s %9s %10s %9s %9s\n", "surface", "method", "prec.",
            "tolerance", "entries/s", "x literal", "of store", "max error", "p99", "RMS");
   cli_si(row->entries_per_second, speed, sizeof speed);
+  cli_si(row->ratio_to_literal, ratio, sizeof ratio);
   if (row->tolerance > 0)
     snprintf(tolerance, sizeof tolerance, "%.0e", row->tolerance);
   cli_error_text(&row->error, row->error.max_rel, max, sizeof max);
   cli_error_text(&row->error, row->error.p99_rel, p99, sizeof p99);
   cli_error_text(&row->error, row->error.rms_rel, rms, sizeof rms);
-  printf("%-10s %-8s %-7s %9s %10s %10.4g %8.2f%% %10s %9s %9s\n", b->label, row->method,
-         row->precision, tolerance, speed, row->ratio_to_literal, 100 * row->ratio_to_store, max,
-         p99, rms);
+  printf("%-10s %-8s %-7s %9s %10s %10s %8.3g%% %10s %9s %9s\n", b->label, row->method,
+         row->precision, tolerance, speed, ratio, 100 * row->ratio_to_store, max, p99, rms);
   fflush(stdout);
 }
 
