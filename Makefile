@@ -10,26 +10,91 @@ PYTHON  ?= /usr/bin/python3
 
 WARNINGS := -Wall -Wextra -Wconversion -Wdouble-promotion -Wno-unused-parameter
 PACKAGES := OpenCL hdf5 yaml-0.1
+# Deferred (=), so that they see what scripts/setup has installed.
+PACKAGE_FLAGS = $(shell pkg-config --cflags $(PACKAGES) jansson)
+PACKAGE_LIBS = $(shell pkg-config --libs-only-L hdf5) -lhdf5_hl $(shell pkg-config --libs $(PACKAGES))
 CPPFLAGS_ALL = -Iinclude -Isrc -I. -DHETAB_VERSION='"$(VERSION)"' -D_GNU_SOURCE \
-  -DCL_TARGET_OPENCL_VERSION=120 $(shell pkg-config --cflags $(PACKAGES) 2>/dev/null) $(CPPFLAGS)
+  -DCL_TARGET_OPENCL_VERSION=120 $(PACKAGE_FLAGS) $(CPPFLAGS)
 # No contraction: host values must not depend on what the compiler fuses.
-CFLAGS_ALL = -std=c11 -fPIC -ffp-contract=off -fvisibility=default -pthread $(WARNINGS) $(CFLAGS)
-LIBS = $(shell pkg-config --libs-only-L hdf5 2>/dev/null) -lhdf5_hl \
-  $(shell pkg-config --libs $(PACKAGES) 2>/dev/null) -lm -pthread
+CFLAGS_ALL = -std=c11 -fPIC -ffp-contract=off -pthread $(WARNINGS) $(CFLAGS)
+LIBS = $(PACKAGE_LIBS) -lm -pthread
 
 LIB_SOURCES := $(filter-out src/cli/%,$(wildcard src/*/*.c))
 CLI_SOURCES := $(wildcard src/cli/*.c)
 TEST_SOURCES := $(wildcard tests/test_*.c)
 TEST_COMMON := $(filter-out $(TEST_SOURCES),$(wildcard tests/*.c))
 HEADERS := $(wildcard include/hetab/*.h)
+FORMATTED := $(wildcard include/hetab/*.h src/*/*.[ch] kernels/*.h kernels/*.cl tests/*.[ch])
 
 LIB_OBJECTS := $(LIB_SOURCES:%.c=$(BUILD)/%.o) $(BUILD)/kernels_embedded.o
 CLI_OBJECTS := $(CLI_SOURCES:%.c=$(BUILD)/%.o)
+TEST_OBJECTS := $(TEST_SOURCES:%.c=$(BUILD)/%.o)
 TEST_COMMON_OBJECTS := $(TEST_COMMON:%.c=$(BUILD)/%.o)
 TESTS := $(TEST_SOURCES:tests/%.c=$(BUILD)/tests/%)
 
-.PHONY: all
-all: setup $(BUILD)/hetab $(BUILD)/libhetab.so ## build the program and the library (default)
+.PHONY: build
+build: $(BUILD)/hetab $(BUILD)/libhetab.so $(BUILD)/libhetab.a $(BUILD)/hetab.1 ## build the program and the library (the default)
+
+.PHONY: help
+help: ## list what can be made
+	@sed -n 's/^\([a-z-]*\):.*## /\1	/p' Makefile | expand -t 16
+
+.PHONY: setup
+setup: ## install the Debian packages that are missing (root or sudo)
+	@sh scripts/setup
+
+.PHONY: demo
+demo: setup ## set up, build, tabulate the report's five surfaces to out/ and plot them
+	@$(MAKE) --no-print-directory -s build
+	@scripts/demo $(BUILD)/hetab out
+
+.PHONY: test
+test: setup ## set up, build and run every test
+	@$(MAKE) --no-print-directory -s build tests
+	@sh scripts/run_tests $(BUILD)
+
+.PHONY: tests
+tests: $(TESTS)
+
+.PHONY: bench
+bench: setup ## speed against error of every method: out/bench.csv and out/bench.png
+	@$(MAKE) --no-print-directory -s build
+	@mkdir -p out
+	@$(BUILD)/hetab bench --csv out/bench.csv
+	@scripts/plot_bench out/bench.csv out/bench.png
+
+.PHONY: asan
+asan: setup ## run the tests under AddressSanitizer and UndefinedBehaviorSanitizer
+	@$(MAKE) --no-print-directory -s BUILD=$(BUILD)/asan \
+	  CFLAGS='-O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=undefined' \
+	  build tests
+	@LSAN_OPTIONS=suppressions=tests/lsan.supp:print_suppressions=0 sh scripts/run_tests $(BUILD)/asan
+
+.PHONY: format
+format: ## rewrite the C and OpenCL sources with clang-format
+	@clang-format -i $(FORMATTED)
+
+.PHONY: format-check
+format-check: ## fail if clang-format would change anything
+	@clang-format --dry-run -Werror $(FORMATTED)
+
+.PHONY: install
+install: build ## install under PREFIX (default /usr/local), below DESTDIR
+	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/include/hetab \
+	  $(DESTDIR)$(PREFIX)/lib/pkgconfig $(DESTDIR)$(PREFIX)/share/man/man1
+	install -m 755 $(BUILD)/hetab $(DESTDIR)$(PREFIX)/bin/
+	install -m 644 $(HEADERS) $(DESTDIR)$(PREFIX)/include/hetab/
+	install -m 644 $(BUILD)/libhetab.a $(DESTDIR)$(PREFIX)/lib/
+	install -m 755 $(BUILD)/libhetab.so $(DESTDIR)$(PREFIX)/lib/libhetab.so.$(VERSION)
+	ln -sf libhetab.so.$(VERSION) $(DESTDIR)$(PREFIX)/lib/libhetab.so.0
+	ln -sf libhetab.so.0 $(DESTDIR)$(PREFIX)/lib/libhetab.so
+	sed -e 's|@PREFIX@|$(PREFIX)|' -e 's|@VERSION@|$(VERSION)|' src/hetab.pc.in \
+	  > $(DESTDIR)$(PREFIX)/lib/pkgconfig/hetab.pc
+	install -m 644 $(BUILD)/hetab.1 $(DESTDIR)$(PREFIX)/share/man/man1/
+
+.PHONY: clean
+clean: ## remove what was built; out/ stays
+	rm -rf $(BUILD)
 
 $(BUILD)/%.o: %.c
 	@mkdir -p $(@D)
@@ -50,9 +115,14 @@ $(BUILD)/libhetab.so: $(LIB_OBJECTS)
 	$(CC) -shared -Wl,-soname,libhetab.so.0 $(CFLAGS_ALL) $(LDFLAGS) -o $@ $^ $(LIBS)
 
 $(BUILD)/hetab: $(CLI_OBJECTS) $(BUILD)/libhetab.a
-	$(CC) $(CFLAGS_ALL) $(LDFLAGS) -o $@ $^ $(LIBS)
+	$(CC) $(CFLAGS_ALL) $(LDFLAGS) -o $@ $^ $(LIBS) -ljansson
+
+$(BUILD)/hetab.1: $(BUILD)/hetab src/cli/hetab.1.in scripts/make_man
+	sh scripts/make_man $(BUILD)/hetab src/cli/hetab.1.in > $@
 
 $(BUILD)/tests/%: $(BUILD)/tests/%.o $(TEST_COMMON_OBJECTS) $(BUILD)/libhetab.a
 	$(CC) $(CFLAGS_ALL) $(LDFLAGS) -o $@ $^ -lcmocka $(LIBS)
 
--include $(shell find $(BUILD) -name '*.d' 2>/dev/null)
+.SECONDARY: $(TEST_OBJECTS)
+
+-include $(LIB_OBJECTS:.o=.d) $(CLI_OBJECTS:.o=.d) $(TEST_OBJECTS:.o=.d) $(TEST_COMMON_OBJECTS:.o=.d)

@@ -106,14 +106,13 @@ static inline void hetab_row_by_atlas(const hetab_row *row, const hetab_atlas *a
   }
 }
 
-/* Rows whose amplitude is over atlas_amplitude could still be seen where the atlas ends: those,
- * and rows outside its range of g, take the series. */
+/* Rows below the atlas's range of g, within a degree of grazing on both sides, take the series. */
 __kernel void hetab_k_dense_rows(__global const real *waves, int wavelength,
                                  __global const real *pairs, int first_pair, int row_count,
                                  __global const real *one_plus_cos, int phi_count,
                                  __global const real *panels, __global const real *segments,
                                  __global const real *coefficients, int panel_count, real log2_g,
-                                 real atlas_amplitude, __global real *out) {
+                                 __global real *out) {
   int r = get_global_id(1);
   if (r >= row_count)
     return;
@@ -122,7 +121,7 @@ __kernel void hetab_k_dense_rows(__global const real *waves, int wavelength,
       hetab_row_of(waves, wavelength, pairs + (size_t)(first_pair + r) * HETAB_PAIR_REALS);
   int panel = hetab_atlas_panel(&atlas, row.wave.g.hi * row.mu2_ratio2.hi);
   out += (size_t)r * phi_count;
-  if (panel >= 0 && row.amplitude <= atlas_amplitude)
+  if (panel >= 0)
     hetab_row_by_atlas(&row, &atlas, panel, one_plus_cos, phi_count, out);
   else
     hetab_row_by_series(&row, one_plus_cos, phi_count, out);

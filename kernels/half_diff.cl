@@ -1,8 +1,9 @@
 /* MERL tables: rows (theta_h, theta_d) of cells along phi_d, the spectrum summed into channels.
  *
- * Along such a row x, cos(theta_d), Fresnel and mu_i + mu_r are constant; the shadowing and the
- * effective roughness are not, but they do not depend on the wavelength: they are computed once a
- * cell and shared by the spectrum.
+ * Along such a row x, cos(theta_d), Fresnel and mu_i + mu_r are constant. The shadowing and the
+ * effective roughness are not, but they do not depend on the wavelength: once a cell, shared by the
+ * spectrum. What is left per cell and wavelength is h at one x and g = g_row / (1 + W): a short
+ * polynomial of the atlas.
  *
  * In: waves[wavelength][HETAB_WAVE_REALS], frame[row][HETAB_FRAME_REALS], cosines
  * mu_i[row][stride] and mu_r[row][stride] (from the host: they cancel at the horizon), stride a
@@ -10,62 +11,133 @@
  * weight * (dd + ud); -1 where a direction is below the horizon. */
 #define HETAB_CL
 #include "he_torrance.h"
+#include "atlas.h"
 #include "shadowing.h"
 #include "tables.h"
 
-/* What every wavelength shares at HETAB_VW cells of a row. */
+/* Vectors of cells that a work-item carries through the spectrum at a time. */
+#define HETAB_BATCH 6
+
 typedef struct hetab_cells {
-  vreal shadow, ratio2; /* as in HETAB_PAIR_REALS */
-  real mu2, lateral2, cos2_d;
+  int count;                              /* vectors in use */
+  vreal ratio2[HETAB_BATCH];              /* 1 / (1 + W); 0 below the horizon */
+  vreal sum[HETAB_CHANNELS][HETAB_BATCH]; /* over wavelengths of weight F amplitude h */
+  real ratio2_min, ratio2_max;
 } hetab_cells;
 
-static inline hetab_cells hetab_cells_of(vreal mu_i, vreal mu_r, __global const real *frame,
-                                         real tau_2sigma) {
-  hetab_cells c;
+/* S_i S_r / (mu_i mu_r) / (1 + W) and the roughness ratio at one vector of cells. */
+static inline vreal hetab_cell_shadow(vreal mu_i, vreal mu_r, real tau_2sigma, vreal *ratio2) {
   vreal i = fmax(mu_i, (vreal)RC(1e-12)), r = fmax(mu_r, (vreal)RC(1e-12));
   vreal s_i = sqrt((RC(1.0) - i) * (RC(1.0) + i)), s_r = sqrt((RC(1.0) - r) * (RC(1.0) + r));
-  c.ratio2 = hetab_roughness_ratio2(hetab_k(i, s_i, tau_2sigma) + hetab_k(r, s_r, tau_2sigma));
-  c.shadow = hetab_shadow_over_cos(i, s_i, tau_2sigma) *
-             hetab_shadow_over_cos(r, s_r, tau_2sigma) * c.ratio2;
-  c.lateral2 = frame[0];
-  c.mu2 = frame[1];
-  c.cos2_d = fmin(RC(0.25) * (c.mu2 + c.lateral2), RC(1.0));
-  return c;
+  *ratio2 = hetab_roughness_ratio2(hetab_k(i, s_i, tau_2sigma) + hetab_k(r, s_r, tau_2sigma));
+  return hetab_shadow_over_cos(i, s_i, tau_2sigma) * hetab_shadow_over_cos(r, s_r, tau_2sigma) *
+         *ratio2;
 }
 
-static inline vreal hetab_cells_value(const hetab_cells *c, const hetab_wave *wave) {
-  vreal fresnel = hetab_fresnel((vreal)c->cos2_d, (vreal)wave->n, (vreal)wave->k);
-  vreal h = hetab_h(wave->g.hi * c->mu2 * c->ratio2, (vreal)(wave->x.hi * c->lateral2));
-  return hetab_dd((vreal)c->cos2_d, fresnel, (vreal)wave->amplitude, c->shadow, h) +
-         wave->diffuse_brdf;
+static inline void hetab_cells_add(hetab_cells *cells, const hetab_wave *wave, int at,
+                                   vreal value) {
+  for (int c = 0; c < HETAB_CHANNELS; c++)
+    cells->sum[c][at] += wave->weight[c] * value;
+}
+
+/* The cells whose g lies below the atlas: within a degree of grazing on both sides. */
+static inline void hetab_cells_by_series(hetab_cells *cells, const hetab_wave *wave, real g_row,
+                                         real x, real factor, real g_below) {
+  for (int v = 0; v < cells->count; v++) {
+    vreal g = g_row * cells->ratio2[v];
+    if (V_ANY(g < (vreal)g_below)) {
+      vreal h = hetab_h(g, (vreal)x);
+      hetab_cells_add(cells, wave, v, g < (vreal)g_below ? factor * h : (vreal)RC(0.0));
+    }
+  }
+}
+
+/* One wavelength: panel by panel, each cell is taken by the panel that holds its g. */
+static inline void hetab_cells_by_atlas(hetab_cells *cells, const hetab_wave *wave,
+                                        const hetab_atlas *atlas, hetab_two lateral2, real g_row,
+                                        real factor, int lowest, int highest) {
+  hetab_column column;
+  for (int panel = max(lowest, 0); panel <= highest; panel++) {
+    hetab_atlas_load_column(atlas, panel, wave->x, lateral2, &column);
+    if (column.peak == RC(0.0))
+      continue;
+    /* the outermost panels take what rounding puts a little outside */
+    real low = panel == lowest ? RC(0.0) : hetab_atlas_edge(atlas, panel);
+    real high = panel == highest ? RC(1e30) : hetab_atlas_edge(atlas, panel + 1);
+    for (int v = 0; v < cells->count; v++) {
+      vreal g = g_row * cells->ratio2[v];
+      vreal value = factor * hetab_atlas_column_h(&column, g);
+      if (lowest != highest)
+        value = g >= (vreal)low && g < (vreal)high ? value : (vreal)RC(0.0);
+      hetab_cells_add(cells, wave, v, value);
+    }
+  }
+}
+
+static inline void hetab_cells_spectrum(hetab_cells *cells, __global const real *waves,
+                                        int wavelength_count, __global const real *frame,
+                                        const hetab_atlas *atlas) {
+  hetab_two lateral2 = {frame[0], frame[1]};
+  real mu2 = frame[2];
+  real cos2_d = fmin(RC(0.25) * (mu2 + lateral2.hi), RC(1.0));
+  real g_below = hetab_atlas_edge(atlas, 0);
+  for (int w = 0; w < wavelength_count; w++) {
+    hetab_wave wave = hetab_wave_load(waves, w);
+    real fresnel = V_FIRST(hetab_fresnel((vreal)cos2_d, (vreal)wave.n, (vreal)wave.k));
+    real factor = wave.amplitude * fresnel * cos2_d * cos2_d;
+    real g_row = wave.g.hi * mu2;
+    int highest = hetab_atlas_panel(atlas, g_row * cells->ratio2_max);
+    int lowest = hetab_atlas_panel(atlas, g_row * cells->ratio2_min);
+    if (highest >= 0)
+      hetab_cells_by_atlas(cells, &wave, atlas, lateral2, g_row, factor, lowest, highest);
+    if (lowest < 0)
+      hetab_cells_by_series(cells, &wave, g_row, wave.x.hi * lateral2.hi, factor, g_below);
+  }
 }
 
 __kernel void hetab_k_half_diff(__global const real *waves, int wavelength_count, real tau_2sigma,
+                                real diffuse0, real diffuse1, real diffuse2,
                                 __global const real *frame, __global const real *mu_i,
                                 __global const real *mu_r, int row_count, int stride,
+                                __global const real *panels, __global const real *segments,
+                                __global const real *coefficients, int panel_count, real log2_g,
                                 __global real *channels) {
   int r = get_global_id(1);
   if (r >= row_count)
     return;
+  hetab_atlas atlas = {panels, segments, coefficients, panel_count, log2_g};
+  const real diffuse[HETAB_CHANNELS] = {diffuse0, diffuse1, diffuse2};
   size_t start = (size_t)r * stride, plane = (size_t)row_count * stride;
-  size_t cosine = (size_t)r * stride;
-  for (int e = get_local_id(0) * HETAB_VW; e < stride; e += get_local_size(0) * HETAB_VW) {
-    vreal i = V_LOAD(0, mu_i + cosine + e), o = V_LOAD(0, mu_r + cosine + e);
-    vreal lowest = fmin(i, o);
-    vreal sum[HETAB_CHANNELS] = {RC(0.0), RC(0.0), RC(0.0)};
-    if (V_ANY(lowest > (vreal)RC(0.0))) {
-      hetab_cells cells =
-          hetab_cells_of(i, o, frame + (size_t)r * HETAB_FRAME_REALS, tau_2sigma);
-      for (int w = 0; w < wavelength_count; w++) {
-        hetab_wave wave = hetab_wave_load(waves, w);
-        vreal value = hetab_cells_value(&cells, &wave);
-        for (int c = 0; c < HETAB_CHANNELS; c++)
-          sum[c] += wave.weight[c] * value;
+  int step = get_local_size(0) * HETAB_VW;
+  for (int e = get_local_id(0) * HETAB_VW; e < stride; e += HETAB_BATCH * step) {
+    hetab_cells cells;
+    vreal shadow[HETAB_BATCH], lowest_mu[HETAB_BATCH];
+    cells.count = min(HETAB_BATCH, (stride - e + step - 1) / step);
+    cells.ratio2_min = RC(1.0);
+    cells.ratio2_max = RC(0.0);
+    for (int v = 0; v < cells.count; v++) {
+      size_t at = start + e + v * step;
+      vreal i = V_LOAD(0, mu_i + at), o = V_LOAD(0, mu_r + at);
+      lowest_mu[v] = fmin(i, o);
+      shadow[v] = cells.ratio2[v] = RC(0.0);
+      for (int c = 0; c < HETAB_CHANNELS; c++)
+        cells.sum[c][v] = RC(0.0);
+      if (V_ANY(lowest_mu[v] > (vreal)RC(0.0))) {
+        shadow[v] = hetab_cell_shadow(i, o, tau_2sigma, &cells.ratio2[v]);
+        cells.ratio2[v] = lowest_mu[v] > (vreal)RC(0.0) ? cells.ratio2[v] : (vreal)RC(0.0);
+        vreal above = lowest_mu[v] > (vreal)RC(0.0) ? cells.ratio2[v] : (vreal)RC(1.0);
+        cells.ratio2_min = fmin(cells.ratio2_min, hetab_lane_min(above));
+        cells.ratio2_max = fmax(cells.ratio2_max, hetab_lane_max(cells.ratio2[v]));
       }
     }
-    for (int c = 0; c < HETAB_CHANNELS; c++) {
-      vreal value = lowest > (vreal)RC(0.0) ? sum[c] : (vreal)RC(-1.0);
-      V_STORE(value, 0, channels + c * plane + start + e);
-    }
+    if (cells.ratio2_max > RC(0.0))
+      hetab_cells_spectrum(&cells, waves, wavelength_count, frame + (size_t)r * HETAB_FRAME_REALS,
+                           &atlas);
+    for (int v = 0; v < cells.count; v++)
+      for (int c = 0; c < HETAB_CHANNELS; c++) {
+        vreal value = shadow[v] * cells.sum[c][v] + diffuse[c];
+        value = lowest_mu[v] > (vreal)RC(0.0) ? value : (vreal)RC(-1.0);
+        V_STORE(value, 0, channels + c * plane + start + e + v * step);
+      }
   }
 }

@@ -1,9 +1,9 @@
 /* The dialect in which the physics is written: one source for OpenCL C and for the C host.
  *
  * The includer declares what it is, it is never guessed:
- *   HETAB_CL    OpenCL: `real` is float or double by HETAB_REAL_BITS (32 or 64) and `vreal` a vector
- *               of HETAB_VW of them (1, 2, 4, 8, 16), both build options chosen from the device
- *   HETAB_HOST  C: `real` and `vreal` are double
+ *   HETAB_CL    OpenCL: `real` is float or double by HETAB_REAL_BITS (32 or 64) and `vreal` a
+ * vector of HETAB_VW of them (1, 2, 4, 8, 16), both build options chosen from the device HETAB_HOST
+ * C: `real` and `vreal` are double
  *
  * Rules: literals as RC(0.5); conditions as `mask ? yes : no`, which selects lane by lane in OpenCL
  * and needs both sides to be vreal; loops that end by data ask V_ANY(mask). No pointers without an
@@ -60,6 +60,19 @@ typedef HETAB_CAT(HETAB_REAL, HETAB_VW) vreal;
 #define V_LAST(v) ((v).s1)
 #endif
 #endif
+
+/* The least and the largest lane. */
+#define HETAB_REDUCE_1(f, v) (v)
+#define HETAB_REDUCE_2(f, v) f((v).s0, (v).s1)
+#define HETAB_REDUCE_4(f, v) HETAB_REDUCE_2(f, f((v).lo, (v).hi))
+#define HETAB_REDUCE_8(f, v) HETAB_REDUCE_4(f, f((v).lo, (v).hi))
+#define HETAB_REDUCE_16(f, v) HETAB_REDUCE_8(f, f((v).lo, (v).hi))
+static inline real hetab_lane_min(vreal v) {
+  return HETAB_CAT(HETAB_REDUCE_, HETAB_VW)(fmin, v);
+}
+static inline real hetab_lane_max(vreal v) {
+  return HETAB_CAT(HETAB_REDUCE_, HETAB_VW)(fmax, v);
+}
 
 #else /* HETAB_HOST */
 

@@ -39,7 +39,8 @@ static inline vreal hetab_series_ln_peak(vreal g, vreal x) {
 }
 
 /* (1 + r) ln(1 + r) - r, the deviance of a Poisson variable at g (1 + r), over g. With
- * v = r / (2 + r) it is r v + 2 (1 + r) (atanh(v) - v): no cancellation for small r (Loader 2000). */
+ * v = r / (2 + r) it is r v + 2 (1 + r) (atanh(v) - v): no cancellation for small r (Loader 2000).
+ */
 static inline vreal hetab_deviance(vreal r) {
   vreal v = r / (RC(2.0) + r);
   vreal v2 = v * v;
@@ -62,16 +63,15 @@ static inline vreal hetab_deviance(vreal r) {
 static inline vreal hetab_stirling_rest(vreal m) {
   vreal i = RC(1.0) / m;
   vreal i2 = i * i;
-  return i * (RC(1.0) / RC(12.0) -
-              i2 * (RC(1.0) / RC(360.0) -
-                    i2 * (RC(1.0) / RC(1260.0) - i2 * (RC(1.0) / RC(1680.0)))));
+  return i * (RC(1.0) / RC(12.0) - i2 * (RC(1.0) / RC(360.0) - i2 * (RC(1.0) / RC(1260.0) -
+                                                                     i2 * (RC(1.0) / RC(1680.0)))));
 }
 
 /* g >= HETAB_SERIES_G. Offsets from g are carried as r = m/g - 1: at g = 10^6 a float m has no
  * digits left for the width of the bump. */
 static inline vreal hetab_series_integral(vreal g, vreal x) {
   vreal ln_peak = hetab_series_ln_peak(g, x);
-  vreal peak_1 = expm1(ln_peak);       /* m* / g - 1 */
+  vreal peak_1 = expm1(ln_peak); /* m* / g - 1 */
   vreal m_peak = g * (RC(1.0) + peak_1);
   vreal x_m2 = RC(2.0) * x / (m_peak * m_peak);
   vreal width = rsqrt(m_peak * (RC(1.0) + x_m2)); /* s / m* = (m* + 2x/m*)^(-1/2) */

@@ -31,7 +31,8 @@ static inline vreal hetab_k(vreal mu, vreal s, real tau_2sigma) {
 
 /* sigma^2 / sigma0^2 = 1 / (1 + W), Eqs. 20-21 in closed form: W e^W = (K_i + K_r)^2 / (8 pi). */
 static inline vreal hetab_roughness_ratio2(vreal k_sum) {
-  vreal ln_kappa = RC(2.0) * log(fmax(k_sum, (vreal)RC(1e-18))) - RC(3.22417142752924); /* ln 8 pi */
+  vreal ln_kappa =
+      RC(2.0) * log(fmax(k_sum, (vreal)RC(1e-18))) - RC(3.22417142752924); /* ln 8 pi */
   return RC(1.0) / (RC(1.0) + hetab_lambert_w(ln_kappa));
 }
 

@@ -17,8 +17,8 @@
 #define HETAB_POINT_REALS 12
 /* One result: dd, specular, g, x. */
 #define HETAB_RESULT_REALS 4
-/* One (theta_h, theta_d): x over the wave's (= lateral2), mu2. */
-#define HETAB_FRAME_REALS 2
+/* One (theta_h, theta_d): lateral2 = |q_i + q_r|^2 (two), mu2. */
+#define HETAB_FRAME_REALS 3
 #define HETAB_CHANNELS 3
 /* One panel of the atlas: first segment, segments, centre of g, 1/half width of g, end of x. */
 #define HETAB_PANEL_REALS 5

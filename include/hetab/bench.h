@@ -10,9 +10,9 @@ extern "C" {
 #endif
 
 typedef struct hetab_bench_row {
-  const char *method;    /* "literal", "series", "rows", "store" */
-  const char *precision; /* "float", "double" */
-  double tolerance;      /* rows only, else 0 */
+  const char *method;        /* "literal", "series", "rows", "store" */
+  const char *precision;     /* "float", "double" */
+  double tolerance;          /* rows only, else 0 */
   double entries_per_second; /* kernel time, median of the repeats */
   double ratio_to_literal, ratio_to_store;
   hetab_error_stats error; /* against the literal reference; all 0 for literal and store */

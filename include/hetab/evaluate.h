@@ -11,22 +11,22 @@ extern "C" {
 
 /* One evaluation: everything that the model depends on. Angles in radians. */
 typedef struct hetab_point {
-  double lambda_um; /* > 0 */
+  double lambda_um;        /* > 0 */
   double theta_i, theta_r; /* [0, pi/2] */
-  double phi;       /* any finite azimuth */
-  double sigma0_um; /* > 0 */
-  double tau_um;    /* > 0 */
-  double n, k;      /* n > 0, k >= 0 */
-  double diffuse_brdf; /* >= 0, 1/sr */
+  double phi;              /* any finite azimuth */
+  double sigma0_um;        /* > 0 */
+  double tau_um;           /* > 0 */
+  double n, k;             /* n > 0, k >= 0 */
+  double diffuse_brdf;     /* >= 0, 1/sr */
 } hetab_point;
 
 typedef struct hetab_value {
-  double dd;          /* directional-diffuse BRDF, Eq. 8, 1/sr */
-  double specular;    /* specular reflectance rho_s(theta_i), Eq. 10, dimensionless */
-  double ud;          /* uniform-diffuse BRDF, Eq. 9, 1/sr */
-  double total;       /* dd + ud, 1/sr: what tables hold (the specular delta is apart) */
-  double g;           /* roughness phase parameter, Eq. 12 */
-  double x;           /* v_xy^2 tau^2 / 4 */
+  double dd;       /* directional-diffuse BRDF, Eq. 8, 1/sr */
+  double specular; /* specular reflectance rho_s(theta_i), Eq. 10, dimensionless */
+  double ud;       /* uniform-diffuse BRDF, Eq. 9, 1/sr */
+  double total;    /* dd + ud, 1/sr: what tables hold (the specular delta is apart) */
+  double g;        /* roughness phase parameter, Eq. 12 */
+  double x;        /* v_xy^2 tau^2 / 4 */
 } hetab_value;
 
 /* values[count] for points[count]. Bad points: HETAB_ERR_ARGUMENT naming the index and the field.

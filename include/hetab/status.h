@@ -30,7 +30,8 @@ typedef enum hetab_status {
 typedef struct hetab_context hetab_context;
 
 /* Called now and then from the thread that called the library, with the work done so far and in
- * all (in entries; total > 0). Return 0 to go on, anything else to stop with HETAB_ERR_CANCELLED. */
+ * all (in entries; total > 0). Return 0 to go on, anything else to stop with HETAB_ERR_CANCELLED.
+ */
 typedef int (*hetab_progress_fn)(void *user, double done, double total);
 
 hetab_status hetab_context_create(hetab_context **out);

@@ -33,11 +33,11 @@ typedef struct hetab_error_stats {
 } hetab_error_stats;
 
 typedef struct hetab_report {
-  double entries;        /* spectral entries evaluated */
-  double kernel_seconds; /* time in kernels, summed over slabs, as wall time per device */
-  double wall_seconds;   /* whole call, the sink included */
+  double entries;          /* spectral entries evaluated */
+  double kernel_seconds;   /* time in kernels, summed over slabs, as wall time per device */
+  double wall_seconds;     /* whole call, the sink included */
   hetab_error_stats error; /* against the literal reference, on a random sample */
-  size_t clamped;        /* MERL: cells with a negative linear sRGB value, set to 0 */
+  size_t clamped;          /* MERL: cells with a negative linear sRGB value, set to 0 */
 } hetab_report;
 
 typedef struct hetab_tabulate_options {
@@ -78,7 +78,8 @@ hetab_status hetab_tabulate_merl(hetab_context *ctx, hetab_engine *engine,
                                  const hetab_surface *surface, const hetab_merl_options *options,
                                  hetab_merl **out, hetab_report *report);
 
-/* rho_s(theta_i, lambda), Eq. 10: out[band_count][count], theta_i_deg[count], double, on the host. */
+/* rho_s(theta_i, lambda), Eq. 10: out[band_count][count], theta_i_deg[count], double, on the host.
+ */
 hetab_status hetab_specular_reflectance(hetab_context *ctx, const hetab_surface *surface,
                                         const double *theta_i_deg, size_t count, double *out);
 

@@ -10,7 +10,8 @@
 /* "clBuildProgram failed on DEVICE: CL_OUT_OF_RESOURCES (-5)" unless error is CL_SUCCESS. */
 hetab_status hetab_cl_check(hetab_context *ctx, cl_int error, const char *call,
                             cl_device_id device);
-#define HETAB_CL_TRY(ctx, device, call, ...) HETAB_TRY(hetab_cl_check(ctx, call(__VA_ARGS__), #call, device))
+#define HETAB_CL_TRY(ctx, device, call, ...)                                                       \
+  HETAB_TRY(hetab_cl_check(ctx, call(__VA_ARGS__), #call, device))
 
 /* The devices that `selector` names (see hetab_engine_options.devices); free() *devices.
  * At least one, or a failure whose message says what there is, or which package to install. */

@@ -13,8 +13,6 @@ static const size_t SLAB_BYTES = 32u << 20, SLAB_ROWS = 1u << 19;
 static const double G_RANGE = 1e-7;
 /* Entries below this may be stored as 0, 1/sr: half of the absolute error that is allowed there. */
 static const double ZERO_BELOW = 5e-15;
-/* S_i S_r / (mu_i mu_r) is larger only near grazing on both sides: those rows take the series. */
-static const double SHADOW_RANGE = 200.0;
 
 static double tau_2sigma(const hetab_surface *surface) {
   return hetab_surface_tau_um(surface) / (2.0 * hetab_surface_sigma0_um(surface));
@@ -81,22 +79,23 @@ static size_t slab_rows(const hetab_engine *engine, const hetab_dense *dense) {
   return rows ? rows : 1;
 }
 
-static hetab_status build_atlas(hetab_context *ctx, const hetab_engine *engine,
-                                hetab_dense *dense) {
+hetab_status hetab_engine_atlas(hetab_context *ctx, const hetab_engine *engine, const double *waves,
+                                size_t wave_count, double tau_2sigma, hetab_atlas *atlas) {
   double g_max = 0.0, amplitude = 0.0;
-  for (size_t w = 0; w < dense->wavelength_count; w++) {
-    g_max = fmax(g_max, 4.0 * dense->waves[w * HETAB_WAVE_REALS]);
-    amplitude = fmax(amplitude, dense->waves[w * HETAB_WAVE_REALS + 4]);
+  int width = 1;
+  for (size_t w = 0; w < wave_count; w++) {
+    g_max = fmax(g_max, 4.0 * waves[w * HETAB_WAVE_REALS]);
+    amplitude = fmax(amplitude, waves[w * HETAB_WAVE_REALS + 4]);
   }
-  dense->atlas_amplitude = SHADOW_RANGE * amplitude;
-  dense->atlas.ln_h_end = fmin(log(ZERO_BELOW / dense->atlas_amplitude), -1.0);
+  for (int i = 0; i < engine->lane_count; i++)
+    width = width > engine->lanes[i].vector_width ? width : engine->lanes[i].vector_width;
+  /* S / mu is at most sqrt(pi) tau_2sigma, at grazing, or of order 1 on steep surfaces */
+  double largest = amplitude * 2.0 * fmax(1.0, M_PI * tau_2sigma * tau_2sigma);
   /* a fifth of the tolerance: the rest is for the arithmetic */
   double tolerance = 0.2 * engine->tolerance;
-  int width = engine->lane_count ? engine->lanes[0].vector_width : 1;
-  for (int i = 1; i < engine->lane_count; i++)
-    width = width > engine->lanes[i].vector_width ? width : engine->lanes[i].vector_width;
-  hetab_atlas_degrees(tolerance, width, &dense->atlas);
-  return hetab_atlas_build(ctx, G_RANGE * g_max, g_max, tolerance, &dense->atlas);
+  hetab_atlas_degrees(tolerance, width, atlas);
+  atlas->ln_h_end = fmin(log(ZERO_BELOW / largest), -1.0);
+  return hetab_atlas_build(ctx, G_RANGE * g_max, g_max, tolerance, atlas);
 }
 
 hetab_status hetab_dense_create(hetab_context *ctx, const hetab_engine *engine,
@@ -116,7 +115,8 @@ hetab_status hetab_dense_create(hetab_context *ctx, const hetab_engine *engine,
     status = HETAB_ERR_MEMORY;
   dense->rows_i = slab_rows(engine, dense);
   if (status == HETAB_OK && engine->method == HETAB_METHOD_ROWS)
-    status = build_atlas(ctx, engine, dense);
+    status = hetab_engine_atlas(ctx, engine, dense->waves, dense->wavelength_count,
+                                tau_2sigma(surface), &dense->atlas);
   if (status != HETAB_OK)
     hetab_dense_clear(dense);
   return status;
@@ -139,7 +139,7 @@ static const char *kernel_name(hetab_dense_kernel which) {
 
 static hetab_status upload_atlas(hetab_context *ctx, const hetab_engine *engine,
                                  const hetab_atlas *atlas, hetab_dense_lane *l) {
-  size_t table = (size_t)atlas->degree_g * (size_t)atlas->pad;
+  size_t table = (size_t)atlas->degree_g * (size_t)atlas->pad_x;
   HETAB_TRY(hetab_lane_upload(ctx, engine, l->lane, atlas->panels,
                               atlas->panel_count * HETAB_PANEL_REALS, &l->panels));
   HETAB_TRY(hetab_lane_upload(ctx, engine, l->lane, atlas->segments,
@@ -198,8 +198,8 @@ static hetab_status load_pairs(hetab_context *ctx, const hetab_engine *engine,
       hetab_pair pair = hetab_pair_of(&dense->theta_i[first + i], &dense->theta_r[r]);
       pair_row(engine, &pair, reals + (i * per_row + r) * HETAB_PAIR_REALS);
     }
-  hetab_status status = hetab_lane_upload(ctx, engine, l->lane, reals,
-                                          count * per_row * HETAB_PAIR_REALS, &l->pairs);
+  hetab_status status =
+      hetab_lane_upload(ctx, engine, l->lane, reals, count * per_row * HETAB_PAIR_REALS, &l->pairs);
   free(reals);
   l->pairs_first = first;
   l->pairs_count = count;
@@ -233,7 +233,6 @@ hetab_status hetab_dense_run(hetab_context *ctx, const hetab_engine *engine,
     hetab_arg_mem(&args, l->coefficients);
     hetab_arg_int(&args, dense->atlas.panel_count);
     hetab_arg_real(&args, dense->atlas.log2_g);
-    hetab_arg_real(&args, dense->atlas_amplitude);
   }
   hetab_arg_mem(&args, out);
   HETAB_TRY(args.status);

@@ -23,7 +23,6 @@ typedef struct hetab_dense {
   size_t phi_padded;
   double *waves; /* [wavelength][HETAB_WAVE_REALS] */
   hetab_atlas atlas;
-  double atlas_amplitude; /* rows of larger amplitude could be seen beyond the atlas's end */
   size_t rows_i; /* theta_i rows per slab */
 } hetab_dense;
 
@@ -55,6 +54,11 @@ hetab_status hetab_dense_run(hetab_context *ctx, const hetab_engine *engine,
 /* The literal reference at one entry: dd + ud, 1/sr. */
 double hetab_dense_literal(const hetab_dense *dense, size_t wavelength, size_t i, size_t r,
                            size_t p);
+
+/* The atlas for these waves at the engine's tolerance; it ends where no entry reaches 5e-15 / sr.
+ */
+hetab_status hetab_engine_atlas(hetab_context *ctx, const hetab_engine *engine, const double *waves,
+                                size_t wave_count, double tau_2sigma, hetab_atlas *atlas);
 
 /* A value as the engine's nearest real and the rest. */
 void hetab_two_reals(const hetab_engine *engine, double value, double two[2]);

@@ -124,8 +124,9 @@ hetab_status hetab_engine_create(hetab_context *ctx, const hetab_engine_options 
     return HETAB_ERR_MEMORY;
   engine->precision = o->method == HETAB_METHOD_LITERAL ? HETAB_DOUBLE : o->precision;
   engine->method = o->method;
-  engine->tolerance =
-      o->tolerance > 0.0 ? o->tolerance : engine->precision == HETAB_DOUBLE ? 1e-9 : 1e-5;
+  engine->tolerance = o->tolerance > 0.0                  ? o->tolerance
+                      : engine->precision == HETAB_DOUBLE ? 1e-9
+                                                          : 1e-5;
   hetab_status status = HETAB_OK;
   if (o->method == HETAB_METHOD_LITERAL)
     snprintf(engine->device_text, sizeof engine->device_text, "host, 1 core");
@@ -154,16 +155,16 @@ void hetab_engine_free(hetab_engine *engine) {
 hetab_status hetab_lane_kernel(hetab_context *ctx, const hetab_engine *engine,
                                const hetab_lane *lane, const hetab_atlas *atlas,
                                const char *program, const char *kernel, cl_kernel *out) {
-  static const hetab_atlas none = {.degree_x = 1, .degree_g = 1, .pad = 16};
+  static const hetab_atlas none = {.degree_x = 2, .degree_g = 2, .pad_x = 16, .pad_g = 16};
   const hetab_atlas *a = atlas ? atlas : &none;
   char options[256];
   cl_program built;
   cl_int error = CL_SUCCESS;
   snprintf(options, sizeof options,
            "-cl-std=CL1.2 -DHETAB_REAL_BITS=%d -DHETAB_VW=%d -DHETAB_ATLAS_X=%d "
-           "-DHETAB_ATLAS_PAD=%d -DHETAB_ATLAS_G=%d",
-           engine->precision == HETAB_DOUBLE ? 64 : 32, lane->vector_width, a->degree_x, a->pad,
-           a->degree_g);
+           "-DHETAB_ATLAS_X_PAD=%d -DHETAB_ATLAS_G=%d -DHETAB_ATLAS_G_PAD=%d",
+           engine->precision == HETAB_DOUBLE ? 64 : 32, lane->vector_width, a->degree_x, a->pad_x,
+           a->degree_g, a->pad_g);
   HETAB_TRY(hetab_cl_program(ctx, lane->context, lane->device, program, options, &built));
   *out = clCreateKernel(built, kernel, &error);
   clReleaseProgram(built); /* the kernel holds it */

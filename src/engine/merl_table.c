@@ -12,11 +12,7 @@
 #include "kernels/tables.h"
 #include "model/colour.h"
 
-enum {
-  ROWS = HETAB_MERL_THETA_H * HETAB_MERL_THETA_D,
-  CHANNELS = 3,
-  MEAN_SUBSAMPLES = 3
-};
+enum { ROWS = HETAB_MERL_THETA_H * HETAB_MERL_THETA_D, CHANNELS = 3, MEAN_SUBSAMPLES = 3 };
 
 /* Where in a cell samples lie: offsets in [0, 1] of the cell's index range. */
 typedef struct sub_samples {
@@ -32,13 +28,15 @@ typedef struct merl_job {
   size_t band_count;
   const hetab_merl_options *options;
   sub_samples sub;
-  size_t stride; /* samples along phi_d, padded */
+  size_t phi_samples; /* along phi_d, up to 90 degrees: the rest mirrors them */
+  size_t stride;      /* the same, padded */
+  hetab_atlas atlas;
   double *waves; /* [wavelength][HETAB_WAVE_REALS], the weights among them */
   double (*weights)[CHANNELS];
   cl_kernel kernel;
-  cl_mem waves_buffer, frame, mu_i, mu_r, channels;
+  cl_mem waves_buffer, frame, mu_i, mu_r, channels, panels, segments, coefficients;
   double kernel_seconds;
-  double *sum; /* [channel][cell], of valid samples */
+  double *sum;          /* [channel][cell], of valid samples */
   unsigned char *valid; /* [cell], how many */
 } merl_job;
 
@@ -64,17 +62,34 @@ static sub_samples sub_samples_of(hetab_merl_sampling sampling) {
   return (sub_samples){MEAN_SUBSAMPLES, {1.0 / 6.0, 0.5, 5.0 / 6.0}};
 }
 
+/* phi_d and 180 - phi_d swap the two directions, which changes nothing (reciprocity and the plane
+ * of incidence's symmetry): only samples up to 90 degrees are computed. */
+static double phi_index(const merl_job *job, size_t sample) {
+  size_t n = (size_t)job->sub.count;
+  return (double)(sample / n) + job->sub.offset[sample % n];
+}
+
+/* The computed sample that equals sample number p of the whole row. */
+static size_t mirrored(const merl_job *job, size_t p) {
+  if (phi_index(job, p) <= 0.5 * HETAB_MERL_PHI_D)
+    return p;
+  size_t last = (size_t)job->sub.count * HETAB_MERL_PHI_D - 1;
+  return job->options->sampling == HETAB_MERL_EDGE ? last + 1 - p : last - p;
+}
+
+static size_t phi_samples(const merl_job *job) {
+  size_t half = (size_t)job->sub.count * HETAB_MERL_PHI_D / 2;
+  return job->options->sampling == HETAB_MERL_EDGE ? half + 1 : half;
+}
+
 /* mu_i = cos(theta_h) cos(theta_d) - sin(theta_h) sin(theta_d) cos(phi_d), and mu_r with +: in
  * double, for both vanish at the horizon. */
-static void fill_cosines(const merl_job *job, double theta_h, double theta_d, double *mu_i,
-                         double *mu_r) {
+static void fill_cosines(const merl_job *job, const double *cos_phi, double theta_h, double theta_d,
+                         double *mu_i, double *mu_r) {
   double even = cos(theta_h) * cos(theta_d), odd = sin(theta_h) * sin(theta_d);
-  size_t used = (size_t)job->sub.count * HETAB_MERL_PHI_D;
   for (size_t p = 0; p < job->stride; p++) {
-    double index = (double)(p / (size_t)job->sub.count) + job->sub.offset[p % (size_t)job->sub.count];
-    double cos_phi = index == 0.5 * HETAB_MERL_PHI_D ? 0.0 : cos(phi_d_at(index));
-    mu_i[p] = p < used ? even - odd * cos_phi : -1.0;
-    mu_r[p] = p < used ? even + odd * cos_phi : -1.0;
+    mu_i[p] = p < job->phi_samples ? even - odd * cos_phi[p] : -1.0;
+    mu_r[p] = p < job->phi_samples ? even + odd * cos_phi[p] : -1.0;
   }
 }
 
@@ -85,26 +100,31 @@ static hetab_status upload_frame(merl_job *job, double offset_h, double offset_d
   double *frame = hetab_alloc(job->ctx, ROWS, HETAB_FRAME_REALS * sizeof *frame);
   double *mu_i = hetab_alloc(job->ctx, ROWS, job->stride * sizeof *mu_i);
   double *mu_r = hetab_alloc(job->ctx, ROWS, job->stride * sizeof *mu_r);
-  if (!frame || !mu_i || !mu_r)
+  double *cos_phi = hetab_alloc(job->ctx, job->phi_samples, sizeof *cos_phi);
+  if (!frame || !mu_i || !mu_r || !cos_phi)
     goto done;
+  for (size_t p = 0; p < job->phi_samples; p++) {
+    double index = phi_index(job, p);
+    cos_phi[p] = index == 0.5 * HETAB_MERL_PHI_D ? 0.0 : cos(phi_d_at(index));
+  }
   for (size_t row = 0; row < ROWS; row++) {
     double theta_h = theta_h_at((double)(row / HETAB_MERL_THETA_D) + offset_h);
     double theta_d = theta_d_at((double)(row % HETAB_MERL_THETA_D) + offset_d);
     double lateral = 2.0 * cos(theta_d) * sin(theta_h), mu = 2.0 * cos(theta_h) * cos(theta_d);
-    frame[row * HETAB_FRAME_REALS] = lateral * lateral;
-    frame[row * HETAB_FRAME_REALS + 1] = mu * mu;
-    fill_cosines(job, theta_h, theta_d, mu_i + row * job->stride, mu_r + row * job->stride);
+    hetab_two_reals(job->engine, lateral * lateral, frame + row * HETAB_FRAME_REALS);
+    frame[row * HETAB_FRAME_REALS + 2] = mu * mu;
+    fill_cosines(job, cos_phi, theta_h, theta_d, mu_i + row * job->stride,
+                 mu_r + row * job->stride);
   }
-  HETAB_GOTO(hetab_lane_upload(job->ctx, job->engine, lane, frame,
-                               (size_t)ROWS * HETAB_FRAME_REALS, &job->frame));
-  HETAB_GOTO(
-      hetab_lane_upload(job->ctx, job->engine, lane, mu_i, ROWS * job->stride, &job->mu_i));
-  HETAB_GOTO(
-      hetab_lane_upload(job->ctx, job->engine, lane, mu_r, ROWS * job->stride, &job->mu_r));
+  HETAB_GOTO(hetab_lane_upload(job->ctx, job->engine, lane, frame, (size_t)ROWS * HETAB_FRAME_REALS,
+                               &job->frame));
+  HETAB_GOTO(hetab_lane_upload(job->ctx, job->engine, lane, mu_i, ROWS * job->stride, &job->mu_i));
+  HETAB_GOTO(hetab_lane_upload(job->ctx, job->engine, lane, mu_r, ROWS * job->stride, &job->mu_r));
 done:
   free(frame);
   free(mu_i);
   free(mu_r);
+  free(cos_phi);
   return status;
 }
 
@@ -119,6 +139,13 @@ static double tau_2sigma(const hetab_surface *surface) {
   return hetab_surface_tau_um(surface) / (2.0 * hetab_surface_sigma0_um(surface));
 }
 
+static double diffuse_channel(const merl_job *job, int channel) {
+  double sum = 0.0;
+  for (size_t w = 0; w < job->band_count; w++)
+    sum += job->weights[w][channel] * job->bands[w].diffuse_brdf;
+  return sum;
+}
+
 static hetab_status run_kernel(merl_job *job) {
   const hetab_lane *lane = &job->engine->lanes[0];
   double start = hetab_seconds();
@@ -126,11 +153,18 @@ static hetab_status run_kernel(merl_job *job) {
   hetab_arg_mem(&args, job->waves_buffer);
   hetab_arg_int(&args, job->band_count);
   hetab_arg_real(&args, tau_2sigma(job->surface));
+  for (int c = 0; c < CHANNELS; c++)
+    hetab_arg_real(&args, diffuse_channel(job, c));
   hetab_arg_mem(&args, job->frame);
   hetab_arg_mem(&args, job->mu_i);
   hetab_arg_mem(&args, job->mu_r);
   hetab_arg_int(&args, ROWS);
   hetab_arg_int(&args, job->stride);
+  hetab_arg_mem(&args, job->panels);
+  hetab_arg_mem(&args, job->segments);
+  hetab_arg_mem(&args, job->coefficients);
+  hetab_arg_int(&args, job->atlas.panel_count);
+  hetab_arg_real(&args, job->atlas.log2_g);
   hetab_arg_mem(&args, job->channels);
   HETAB_TRY(args.status);
   HETAB_TRY(hetab_lane_run_rows(job->ctx, lane, job->kernel, ROWS));
@@ -144,7 +178,7 @@ static void accumulate(merl_job *job, const void *reals) {
   for (size_t c = 0; c < CHANNELS; c++)
     for (size_t row = 0; row < ROWS; row++)
       for (size_t p = 0; p < (size_t)job->sub.count * HETAB_MERL_PHI_D; p++) {
-        size_t at = (c * ROWS + row) * job->stride + p;
+        size_t at = (c * ROWS + row) * job->stride + mirrored(job, p);
         double value = is_double ? ((const double *)reals)[at] : (double)((const float *)reals)[at];
         size_t cell = row * HETAB_MERL_PHI_D + p / (size_t)job->sub.count;
         if (value < 0.0)
@@ -258,8 +292,7 @@ static hetab_status add_specular_cone(merl_job *job) {
     memset(lobe[d], 0, sizeof lobe[d]);
     for (size_t w = 0; w < job->band_count; w++) {
       hetab_wave wave = hetab_wave_of(hetab_surface_sigma0_um(job->surface),
-                                      hetab_surface_tau_um(job->surface),
-                                      &job->bands[w]);
+                                      hetab_surface_tau_um(job->surface), &job->bands[w]);
       double rho_s = hetab_specular(&direction, &wave);
       for (int c = 0; c < CHANNELS; c++)
         lobe[d][c] += job->weights[w][c] * rho_s * per_energy;
@@ -354,6 +387,24 @@ static hetab_status measure_error(merl_job *job, hetab_error_stats *stats) {
 
 /* --- the job --------------------------------------------------------------------------------- */
 
+static hetab_status upload_atlas(merl_job *job) {
+  const hetab_lane *lane = &job->engine->lanes[0];
+  const hetab_atlas *a = &job->atlas;
+  double *transposed;
+  HETAB_TRY(hetab_engine_atlas(job->ctx, job->engine, job->waves, job->band_count,
+                               tau_2sigma(job->surface), &job->atlas));
+  HETAB_TRY(hetab_lane_upload(job->ctx, job->engine, lane, a->panels,
+                              a->panel_count * HETAB_PANEL_REALS, &job->panels));
+  HETAB_TRY(hetab_lane_upload(job->ctx, job->engine, lane, a->segments,
+                              a->segment_count * HETAB_SEGMENT_REALS, &job->segments));
+  HETAB_TRY(hetab_atlas_transpose(job->ctx, a, &transposed));
+  hetab_status status = hetab_lane_upload(job->ctx, job->engine, lane, transposed,
+                                          a->segment_count * (size_t)a->degree_x * (size_t)a->pad_g,
+                                          &job->coefficients);
+  free(transposed);
+  return status;
+}
+
 static hetab_status prepare(merl_job *job) {
   const hetab_lane *lane = &job->engine->lanes[0];
   hetab_context *ctx = job->ctx;
@@ -361,16 +412,17 @@ static hetab_status prepare(merl_job *job) {
   HETAB_TRY(set_weights(job));
   HETAB_TRY(set_waves(job));
   job->sub = sub_samples_of(job->options->sampling);
-  job->stride = ((size_t)job->sub.count * HETAB_MERL_PHI_D + 15) / 16 * 16;
+  job->phi_samples = phi_samples(job);
+  job->stride = (job->phi_samples + 15) / 16 * 16;
   job->sum = hetab_alloc(ctx, (size_t)CHANNELS * HETAB_MERL_CELLS, sizeof *job->sum);
   job->valid = hetab_alloc(ctx, HETAB_MERL_CELLS, 1);
   if (!job->sum || !job->valid)
     return HETAB_ERR_MEMORY;
-  HETAB_TRY(hetab_lane_kernel(ctx, job->engine, lane, NULL, "half_diff", "hetab_k_half_diff",
+  HETAB_TRY(upload_atlas(job));
+  HETAB_TRY(hetab_lane_kernel(ctx, job->engine, lane, &job->atlas, "half_diff", "hetab_k_half_diff",
                               &job->kernel));
   HETAB_TRY(hetab_lane_upload(ctx, job->engine, lane, job->waves,
-                              job->band_count * HETAB_WAVE_REALS,
-                              &job->waves_buffer));
+                              job->band_count * HETAB_WAVE_REALS, &job->waves_buffer));
   return hetab_lane_output(ctx, job->engine, lane, (size_t)CHANNELS * ROWS * job->stride,
                            &job->channels);
 }
@@ -379,6 +431,10 @@ static void clear(merl_job *job) {
   release_frame(job);
   hetab_release(job->waves_buffer);
   hetab_release(job->channels);
+  hetab_release(job->panels);
+  hetab_release(job->segments);
+  hetab_release(job->coefficients);
+  hetab_atlas_clear(&job->atlas);
   if (job->kernel)
     clReleaseKernel(job->kernel);
   free(job->bands);
@@ -395,10 +451,8 @@ hetab_status hetab_tabulate_merl(hetab_context *ctx, hetab_engine *engine,
   double start = hetab_seconds();
   hetab_status status;
   hetab_error_stats error = {0};
-  merl_job job = {.ctx = ctx,
-                  .engine = engine,
-                  .surface = surface,
-                  .options = options ? options : &defaults};
+  merl_job job = {
+      .ctx = ctx, .engine = engine, .surface = surface, .options = options ? options : &defaults};
   *out = NULL;
   if (!engine->lane_count)
     return hetab_fail(ctx, HETAB_ERR_UNSUPPORTED,
@@ -411,8 +465,7 @@ hetab_status hetab_tabulate_merl(hetab_context *ctx, hetab_engine *engine,
   size_t clamped = fill_table(&job, *out);
   if (report)
     *report = (hetab_report){.entries = (double)HETAB_MERL_CELLS * job.sub.count * job.sub.count *
-                                        job.sub.count *
-                                        (double)job.band_count,
+                                        job.sub.count * (double)job.band_count,
                              .kernel_seconds = job.kernel_seconds,
                              .wall_seconds = hetab_seconds() - start,
                              .error = error,

@@ -16,10 +16,14 @@ static hetab_status check_point(hetab_context *ctx, const hetab_point *p, size_t
     const char *name;
     double value, low, high;
   } fields[] = {
-      {"lambda_um", p->lambda_um, 1e-6, 1e6}, {"theta_i", p->theta_i, 0.0, M_PI_2},
-      {"theta_r", p->theta_r, 0.0, M_PI_2},   {"phi", p->phi, -1e6, 1e6},
-      {"sigma0_um", p->sigma0_um, 1e-9, 1e6}, {"tau_um", p->tau_um, 1e-9, 1e6},
-      {"n", p->n, 1e-6, 1e3},                 {"k", p->k, 0.0, 1e3},
+      {"lambda_um", p->lambda_um, 1e-6, 1e6},
+      {"theta_i", p->theta_i, 0.0, M_PI_2},
+      {"theta_r", p->theta_r, 0.0, M_PI_2},
+      {"phi", p->phi, -1e6, 1e6},
+      {"sigma0_um", p->sigma0_um, 1e-9, 1e6},
+      {"tau_um", p->tau_um, 1e-9, 1e6},
+      {"n", p->n, 1e-6, 1e3},
+      {"k", p->k, 0.0, 1e3},
       {"diffuse_brdf", p->diffuse_brdf, 0.0, 1e3},
   };
   for (size_t i = 0; i < sizeof fields / sizeof *fields; i++)
@@ -38,12 +42,18 @@ static void fill_columns(const hetab_point *p, size_t i, size_t stride, double *
   hetab_band band = {p->lambda_um, p->n, p->k, p->diffuse_brdf};
   hetab_wave wave = hetab_wave_of(p->sigma0_um, p->tau_um, &band);
   double s = in.shadow_over_cos * in.mu;
-  const double values[HETAB_POINT_REALS] = {
-      wave.g,      wave.x,      wave.amplitude,
-      wave.n,      wave.k,      pair.mu2,
-      pair.d2 + pair.p * hetab_one_plus_cos(p->phi),
-      pair.shadow, pair.ratio2, in.mu,
-      s * s,       mirror.ratio2};
+  const double values[HETAB_POINT_REALS] = {wave.g,
+                                            wave.x,
+                                            wave.amplitude,
+                                            wave.n,
+                                            wave.k,
+                                            pair.mu2,
+                                            pair.d2 + pair.p * hetab_one_plus_cos(p->phi),
+                                            pair.shadow,
+                                            pair.ratio2,
+                                            in.mu,
+                                            s * s,
+                                            mirror.ratio2};
   for (size_t c = 0; c < HETAB_POINT_REALS; c++)
     columns[c * stride + i] = values[c];
 }
@@ -86,8 +96,8 @@ static hetab_status run_batch(hetab_context *ctx, const hetab_engine *engine, cl
   error = clEnqueueNDRangeKernel(lane->queue, kernel, 1, NULL, &global, NULL, 0, NULL, NULL);
   HETAB_GOTO(hetab_cl_check(ctx, error, "clEnqueueNDRangeKernel", lane->device));
   void *results = clEnqueueMapBuffer(lane->queue, out, CL_TRUE, CL_MAP_READ, 0,
-                                     stride * HETAB_RESULT_REALS * hetab_real_size(engine), 0,
-                                     NULL, NULL, &error);
+                                     stride * HETAB_RESULT_REALS * hetab_real_size(engine), 0, NULL,
+                                     NULL, &error);
   HETAB_GOTO(hetab_cl_check(ctx, error, "clEnqueueMapBuffer", lane->device));
   take_results(engine, results, stride, points, count, values);
   clEnqueueUnmapMemObject(lane->queue, out, results, 0, NULL, NULL);
@@ -121,8 +131,8 @@ hetab_status hetab_evaluate(hetab_context *ctx, hetab_engine *engine, const heta
     HETAB_TRY(check_point(ctx, &points[i], i));
   if (engine->method == HETAB_METHOD_LITERAL)
     return hetab_evaluate_literal(ctx, points, count, values);
-  HETAB_TRY(hetab_lane_kernel(ctx, engine, &engine->lanes[0], NULL, "points", "hetab_k_points",
-                              &kernel));
+  HETAB_TRY(
+      hetab_lane_kernel(ctx, engine, &engine->lanes[0], NULL, "points", "hetab_k_points", &kernel));
   hetab_status status = run_batches(ctx, engine, kernel, points, count, values);
   clReleaseKernel(kernel);
   return status;

@@ -13,8 +13,8 @@
 
 typedef struct hetab_sample {
   size_t count, next;
-  uint64_t *positions;   /* ascending flat positions in the table */
-  double *relative;      /* of the compared ones so far */
+  uint64_t *positions; /* ascending flat positions in the table */
+  double *relative;    /* of the compared ones so far */
   hetab_error_stats stats;
 } hetab_sample;
 

@@ -29,7 +29,7 @@ typedef struct job {
   pthread_mutex_t mutex;
   pthread_cond_t changed;
   size_t next_task;
-  int stop; /* set by whoever ends the job early */
+  int stop;              /* set by whoever ends the job early */
   hetab_context failure; /* message of the first thread that failed */
   hetab_status status;
   double kernel_seconds;
@@ -68,9 +68,8 @@ static void fill_literal(const job *job, const hetab_slab *slab, double *values)
 
 static hetab_status map_slot(worker *w, slot *s, size_t entries) {
   cl_int error = CL_SUCCESS;
-  s->values =
-      clEnqueueMapBuffer(w->lane->queue, s->buffer, CL_TRUE, CL_MAP_READ, 0,
-                         entries * hetab_real_size(w->job->engine), 0, NULL, NULL, &error);
+  s->values = clEnqueueMapBuffer(w->lane->queue, s->buffer, CL_TRUE, CL_MAP_READ, 0,
+                                 entries * hetab_real_size(w->job->engine), 0, NULL, NULL, &error);
   return hetab_cl_check(&w->ctx, error, "clEnqueueMapBuffer", w->lane->device);
 }
 

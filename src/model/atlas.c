@@ -12,9 +12,11 @@ enum { PANELS_PER_OCTAVE = 2, MOST_DEGREE = 32 };
 void hetab_atlas_degrees(double tolerance, int vector_width, hetab_atlas *atlas) {
   double digits = -log10(tolerance);
   atlas->degree_x = digits <= 3.5 ? 8 : digits <= 4.5 ? 12 : digits <= 7.5 ? 16 : 24;
-  /* 1/g is the sharpest dependence; over half an octave its Chebyshev series falls by 11.6 a term */
+  /* 1/g is the sharpest dependence; over half an octave its Chebyshev series falls by 11.6 a term
+   */
   atlas->degree_g = (int)ceil(log(120.0 / tolerance) / log(11.6));
-  atlas->pad = (atlas->degree_x + vector_width - 1) / vector_width * vector_width;
+  atlas->pad_x = (atlas->degree_x + vector_width - 1) / vector_width * vector_width;
+  atlas->pad_g = (atlas->degree_g + vector_width - 1) / vector_width * vector_width;
 }
 
 /* Chebyshev coefficients of the count values at cos(pi (k + 1/2) / count). */
@@ -73,14 +75,14 @@ static int converges(const hetab_atlas *atlas, double g, double a, double b, dou
 }
 
 /* One segment's tensor product: nodes in u and t, then powers of both. */
-static void fit_segment(const hetab_atlas *atlas, double g_centre, double g_half, double a, double b,
-                        double *table) {
+static void fit_segment(const hetab_atlas *atlas, double g_centre, double g_half, double a,
+                        double b, double *table) {
   int nx = atlas->degree_x, ng = atlas->degree_g;
   double values[MOST_DEGREE], c[MOST_DEGREE][MOST_DEGREE];
   for (int k = 0; k < ng; k++) {
     for (int j = 0; j < nx; j++)
-      values[j] = hetab_ln_h(g_centre + g_half * node(k, ng),
-                             0.5 * (a + b) + 0.5 * (b - a) * node(j, nx));
+      values[j] =
+          hetab_ln_h(g_centre + g_half * node(k, ng), 0.5 * (a + b) + 0.5 * (b - a) * node(j, nx));
     chebyshev(values, nx, c[k]);
     to_powers(c[k], nx);
   }
@@ -91,14 +93,14 @@ static void fit_segment(const hetab_atlas *atlas, double g_centre, double g_half
     chebyshev(values, ng, column);
     to_powers(column, ng);
     for (int k = 0; k < ng; k++)
-      table[k * atlas->pad + j] = column[k];
+      table[k * atlas->pad_x + j] = column[k];
   }
 }
 
 static hetab_status add_segment(hetab_context *ctx, hetab_atlas *atlas, double g_centre,
                                 double g_half, double a, double b) {
   size_t n = atlas->segment_count;
-  size_t table = (size_t)atlas->degree_g * (size_t)atlas->pad;
+  size_t table = (size_t)atlas->degree_g * (size_t)atlas->pad_x;
   if ((n & (n - 1)) == 0) { /* full at powers of two */
     size_t room = n ? 2 * n : 1;
     double *segments = realloc(atlas->segments, room * HETAB_SEGMENT_REALS * sizeof(double));
@@ -156,9 +158,22 @@ hetab_status hetab_atlas_build(hetab_context *ctx, double g_min, double g_max, d
   for (size_t p = 0; p < atlas->panel_count; p++) {
     double g_low = exp2((first + (double)p) / PANELS_PER_OCTAVE);
     double g_high = exp2((first + (double)p + 1.0) / PANELS_PER_OCTAVE);
-    HETAB_TRY(build_panel(ctx, atlas, g_low, g_high, tolerance,
-                          atlas->panels + p * HETAB_PANEL_REALS));
+    HETAB_TRY(
+        build_panel(ctx, atlas, g_low, g_high, tolerance, atlas->panels + p * HETAB_PANEL_REALS));
   }
+  return HETAB_OK;
+}
+
+hetab_status hetab_atlas_transpose(hetab_context *ctx, const hetab_atlas *atlas, double **out) {
+  size_t nx = (size_t)atlas->degree_x, ng = (size_t)atlas->degree_g;
+  size_t pad_x = (size_t)atlas->pad_x, pad_g = (size_t)atlas->pad_g;
+  *out = hetab_alloc(ctx, atlas->segment_count, nx * pad_g * sizeof **out);
+  if (!*out)
+    return HETAB_ERR_MEMORY;
+  for (size_t s = 0; s < atlas->segment_count; s++)
+    for (size_t j = 0; j < nx; j++)
+      for (size_t k = 0; k < ng; k++)
+        (*out)[(s * nx + j) * pad_g + k] = atlas->coefficients[(s * ng + k) * pad_x + j];
   return HETAB_OK;
 }
 

@@ -88,9 +88,10 @@ static double fresnel(double c, double n, double k) {
   return 0.5 * fs * (1 + ratio);
 }
 
-/* Eq. 14: G = (v.v / v_z)^2 / |k_r x k_i|^4 [(s_r.k_i)^2 + (p_r.k_i)^2] [(s_i.k_r)^2 + (p_i.k_r)^2].
- * k_i points to the surface in the print, here both point away: the squares do not notice. At
- * retro-reflection and its neighbourhood both brackets equal |k_r x k_i|^2: the limit is 1. */
+/* Eq. 14: G = (v.v / v_z)^2 / |k_r x k_i|^4 [(s_r.k_i)^2 + (p_r.k_i)^2] [(s_i.k_r)^2 +
+ * (p_i.k_r)^2]. k_i points to the surface in the print, here both point away: the squares do not
+ * notice. At retro-reflection and its neighbourhood both brackets equal |k_r x k_i|^2: the limit
+ * is 1. */
 static double geometry(vec3 ki, vec3 kr, vec3 v) {
   vec3 si = s_direction(ki), sr = s_direction(kr);
   vec3 pi = cross(si, ki), pr = cross(sr, kr);

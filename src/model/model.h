@@ -11,9 +11,9 @@
 /* One direction's polar angle. */
 typedef struct hetab_direction {
   double theta;
-  double mu, s;            /* cosine and sine; mu is exactly 0 at pi/2 */
-  double shadow_over_cos;  /* S / mu, Eqs. 23-24 */
-  double k;                /* Eq. 22; infinite at pi/2 */
+  double mu, s;           /* cosine and sine; mu is exactly 0 at pi/2 */
+  double shadow_over_cos; /* S / mu, Eqs. 23-24 */
+  double k;               /* Eq. 22; infinite at pi/2 */
 } hetab_direction;
 
 /* theta in radians, [0, pi/2]; tau_2sigma = tau / (2 sigma0). */

@@ -1,0 +1,169 @@
+/* Speed against error: every method over the same grid, the literal loop and a store-only kernel
+ * measured beside them in the same run. */
+#include <hetab/bench.h>
+
+#include <stdlib.h>
+
+#include "engine/dense.h"
+#include "engine/sample.h"
+
+enum { DEFAULT_SAMPLES = 20000, DEFAULT_REPEATS = 5, LITERAL_ENTRIES = 20000 };
+
+typedef struct bench {
+  hetab_context *ctx;
+  const hetab_surface *surface;
+  const hetab_bench_options *options;
+  hetab_grid *grid;
+  double literal, store; /* entries per second */
+  hetab_bench_fn fn;
+  void *user;
+} bench;
+
+static int ascending(const void *a, const void *b) {
+  double x = *(const double *)a, y = *(const double *)b;
+  return x < y ? -1 : x > y;
+}
+
+static double median(double *values, size_t count) {
+  qsort(values, count, sizeof *values, ascending);
+  return values[count / 2];
+}
+
+static size_t repeats(const bench *b) {
+  return b->options && b->options->repeats ? b->options->repeats : DEFAULT_REPEATS;
+}
+
+static void emit(const bench *b, hetab_bench_row row) {
+  row.ratio_to_literal = row.entries_per_second / b->literal;
+  row.ratio_to_store = b->store > 0.0 ? row.entries_per_second / b->store : 0.0;
+  b->fn(b->user, hetab_surface_name(b->surface), &row);
+}
+
+/* The printed equations in double on one core, at random entries of the table. */
+static hetab_status time_literal(bench *b) {
+  hetab_engine_options options = {.method = HETAB_METHOD_LITERAL};
+  hetab_engine *engine;
+  hetab_dense dense;
+  double rates[64], sum = 0.0;
+  HETAB_TRY(hetab_engine_create(b->ctx, &options, &engine));
+  hetab_status status = hetab_dense_create(b->ctx, engine, b->surface, b->grid, &dense);
+  size_t runs = repeats(b) < 64 ? repeats(b) : 64;
+  for (size_t n = 0; status == HETAB_OK && n < runs; n++) {
+    uint64_t state = n;
+    double start = hetab_seconds();
+    for (int i = 0; i < LITERAL_ENTRIES; i++)
+      sum += hetab_dense_literal(&dense, hetab_random(&state) % dense.wavelength_count,
+                                 hetab_random(&state) % dense.count[HETAB_THETA_I],
+                                 hetab_random(&state) % dense.count[HETAB_THETA_R],
+                                 hetab_random(&state) % dense.count[HETAB_PHI]);
+    rates[n] = LITERAL_ENTRIES / (hetab_seconds() - start);
+  }
+  if (status == HETAB_OK) {
+    hetab_dense_clear(&dense);
+    b->literal = median(rates, runs);
+    /* the sum keeps the loop from being optimised away */
+    emit(b, (hetab_bench_row){.method = "literal",
+                              .precision = "double",
+                              .entries_per_second = sum >= 0.0 ? b->literal : 0.0});
+  }
+  hetab_engine_free(engine);
+  return status;
+}
+
+/* Median over the repeats of the time that all wavelengths take in the kernel alone. */
+static hetab_status time_kernel(bench *b, const hetab_engine *engine, hetab_dense_kernel which,
+                                double *entries_per_second) {
+  hetab_dense dense;
+  hetab_dense_lane lane = {0};
+  cl_mem out = NULL;
+  hetab_status status;
+  size_t runs = repeats(b) < 64 ? repeats(b) : 64;
+  double rates[64];
+  HETAB_TRY(hetab_dense_create(b->ctx, engine, b->surface, b->grid, &dense));
+  size_t rows = dense.rows_i;
+  double entries = (double)rows * (double)dense.count[HETAB_THETA_R] *
+                   (double)dense.count[HETAB_PHI] * (double)dense.wavelength_count;
+  HETAB_GOTO(hetab_dense_lane_create(b->ctx, engine, &engine->lanes[0], &dense, which, &lane));
+  HETAB_GOTO(hetab_lane_output(b->ctx, engine, lane.lane,
+                               rows * dense.count[HETAB_THETA_R] * dense.count[HETAB_PHI], &out));
+  HETAB_GOTO(hetab_dense_run(b->ctx, engine, &dense, &lane, 0, 0, rows, out)); /* warm-up */
+  for (size_t n = 0; n < runs; n++) {
+    double start = hetab_seconds();
+    for (size_t w = 0; w < dense.wavelength_count; w++)
+      HETAB_GOTO(hetab_dense_run(b->ctx, engine, &dense, &lane, w, 0, rows, out));
+    rates[n] = entries / (hetab_seconds() - start);
+    HETAB_GOTO(hetab_progress(b->ctx, (double)(n + 1), (double)runs));
+  }
+  *entries_per_second = median(rates, runs);
+done:
+  hetab_dense_lane_clear(&lane);
+  hetab_release(out);
+  hetab_dense_clear(&dense);
+  return status;
+}
+
+static hetab_status bench_method(bench *b, hetab_precision precision, hetab_method method,
+                                 double tolerance) {
+  hetab_engine_options options = {.devices = b->options ? b->options->devices : NULL,
+                                  .precision = precision,
+                                  .method = method,
+                                  .tolerance = tolerance};
+  hetab_tabulate_options sampling = {
+      .samples = b->options && b->options->samples ? b->options->samples : DEFAULT_SAMPLES};
+  hetab_engine *engine;
+  hetab_report report = {0};
+  double rate = 0.0;
+  hetab_status status;
+  HETAB_TRY(hetab_engine_create(b->ctx, &options, &engine));
+  HETAB_GOTO(time_kernel(
+      b, engine, method == HETAB_METHOD_ROWS ? HETAB_DENSE_ROWS : HETAB_DENSE_SERIES, &rate));
+  HETAB_GOTO(hetab_tabulate(b->ctx, engine, b->surface, b->grid, &sampling, NULL, NULL, &report));
+  emit(b, (hetab_bench_row){.method = hetab_method_name(method),
+                            .precision = hetab_precision_name(precision),
+                            .tolerance = tolerance,
+                            .entries_per_second = rate,
+                            .error = report.error});
+done:
+  hetab_engine_free(engine);
+  return status;
+}
+
+static hetab_status time_store(bench *b, hetab_precision precision) {
+  hetab_engine_options options = {.devices = b->options ? b->options->devices : NULL,
+                                  .precision = precision,
+                                  .method = HETAB_METHOD_SERIES};
+  hetab_engine *engine;
+  HETAB_TRY(hetab_engine_create(b->ctx, &options, &engine));
+  hetab_status status = time_kernel(b, engine, HETAB_DENSE_STORE, &b->store);
+  hetab_engine_free(engine);
+  if (status == HETAB_OK)
+    emit(b, (hetab_bench_row){.method = "store",
+                              .precision = hetab_precision_name(precision),
+                              .entries_per_second = b->store});
+  return status;
+}
+
+static hetab_status bench_precision(bench *b, hetab_precision precision) {
+  static const double float_tolerances[] = {1e-2, 1e-3, 1e-4, 1e-5, 1e-6};
+  static const double double_tolerances[] = {1e-7, 1e-8, 1e-9, 1e-10, 1e-11};
+  const double *tolerances = precision == HETAB_FLOAT ? float_tolerances : double_tolerances;
+  HETAB_TRY(time_store(b, precision));
+  for (int t = 0; t < 5; t++)
+    HETAB_TRY(bench_method(b, precision, HETAB_METHOD_ROWS, tolerances[t]));
+  return bench_method(b, precision, HETAB_METHOD_SERIES, 0.0);
+}
+
+hetab_status hetab_bench(hetab_context *ctx, const hetab_surface *surface,
+                         const hetab_bench_options *options, hetab_bench_fn fn, void *user) {
+  bench b = {.ctx = ctx, .surface = surface, .options = options, .fn = fn, .user = user};
+  HETAB_TRY(hetab_grid_create(ctx, &b.grid));
+  hetab_status status = time_literal(&b);
+  if (status == HETAB_OK)
+    status = bench_precision(&b, HETAB_FLOAT);
+  if (status == HETAB_OK)
+    status = bench_precision(&b, HETAB_DOUBLE);
+  if (status == HETAB_ERR_UNSUPPORTED) /* a device without fp64: the float rows stand */
+    status = HETAB_OK;
+  hetab_grid_free(b.grid);
+  return status;
+}
