@@ -21,24 +21,20 @@ enum { ANGLES_END = SIGMA0 }; /* the columns before it have to be there */
 typedef struct column {
   const char *name;
   size_t offset;   /* in hetab_point */
-  double min, max; /* allowed values */
-  int min_open;    /* min itself is not allowed */
-  double unit;     /* to the library's unit: value * unit / 180 for angles, else value */
+  double min, max; /* hetab_evaluate's limits, here so that a failure can name the line */
+  int angle;       /* degrees here, radians there */
 } column;
 
-#define POSITIVE .min = 0, .max = HUGE_VAL, .min_open = 1
-#define NOT_NEGATIVE .min = 0, .max = HUGE_VAL
-
 static const column columns[COLUMNS] = {
-    [LAMBDA] = {"lambda_um", offsetof(hetab_point, lambda_um), POSITIVE},
-    [THETA_I] = {"theta_i_deg", offsetof(hetab_point, theta_i), .max = 90, .unit = M_PI},
-    [THETA_R] = {"theta_r_deg", offsetof(hetab_point, theta_r), .max = 90, .unit = M_PI},
-    [PHI] = {"phi_deg", offsetof(hetab_point, phi), -HUGE_VAL, HUGE_VAL, .unit = M_PI},
-    [SIGMA0] = {"sigma0_um", offsetof(hetab_point, sigma0_um), POSITIVE},
-    [TAU] = {"tau_um", offsetof(hetab_point, tau_um), POSITIVE},
-    [INDEX_N] = {"n", offsetof(hetab_point, n), POSITIVE},
-    [INDEX_K] = {"k", offsetof(hetab_point, k), NOT_NEGATIVE},
-    [DIFFUSE] = {"diffuse_brdf", offsetof(hetab_point, diffuse_brdf), NOT_NEGATIVE},
+    [LAMBDA] = {"lambda_um", offsetof(hetab_point, lambda_um), 1e-6, 1e6, 0},
+    [THETA_I] = {"theta_i_deg", offsetof(hetab_point, theta_i), 0, 90, 1},
+    [THETA_R] = {"theta_r_deg", offsetof(hetab_point, theta_r), 0, 90, 1},
+    [PHI] = {"phi_deg", offsetof(hetab_point, phi), -5e7, 5e7, 1},
+    [SIGMA0] = {"sigma0_um", offsetof(hetab_point, sigma0_um), 1e-9, 1e6, 0},
+    [TAU] = {"tau_um", offsetof(hetab_point, tau_um), 1e-9, 1e6, 0},
+    [INDEX_N] = {"n", offsetof(hetab_point, n), 1e-6, 1e3, 0},
+    [INDEX_K] = {"k", offsetof(hetab_point, k), 0, 1e3, 0},
+    [DIFFUSE] = {"diffuse_brdf", offsetof(hetab_point, diffuse_brdf), 0, 1e3, 0},
 };
 
 static const char output_header[] = "dd,sp_reflectance,ud,total,g,x";
@@ -138,14 +134,10 @@ static int parse_field(const evaluation *e, const column *c, const char *text, d
   double number;
   if (!cli_number(text, &number))
     return cli_fail("stdin:%zu: %s: '%s' is not a number", e->reader.line, c->name, text);
-  if (number < c->min || number > c->max || (c->min_open && number == c->min)) {
-    if (c->max < HUGE_VAL)
-      return cli_fail("stdin:%zu: %s: %s is not in %g to %g", e->reader.line, c->name, text, c->min,
-                      c->max);
-    return cli_fail("stdin:%zu: %s: %s is not %s", e->reader.line, c->name, text,
-                    c->min_open ? "positive" : "zero or more");
-  }
-  *value = c->unit > 0 ? number * c->unit / 180 : number;
+  if (number < c->min || number > c->max)
+    return cli_fail("stdin:%zu: %s: %s is not in %g to %g", e->reader.line, c->name, text, c->min,
+                    c->max);
+  *value = c->angle ? number * M_PI / 180 : number;
   return -1;
 }
 

@@ -283,10 +283,10 @@ static int evaluate(tabulate_job *job) {
   if (open_inputs(job) != HETAB_OK || open_engine(job) != HETAB_OK)
     return cli_fail_context(job->ctx);
   int status = -1;
-  if (has_format(job, OUTPUT_H5))
-    status = fill_dense(job);
-  if (status < 0 && has_format(job, OUTPUT_MERL))
+  if (has_format(job, OUTPUT_MERL)) /* first: it can refuse, and is the shorter job */
     status = fill_merl(job);
+  if (status < 0 && has_format(job, OUTPUT_H5))
+    status = fill_dense(job);
   return status < 0 ? publish(job) : status;
 }
 
