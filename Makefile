@@ -60,7 +60,7 @@ tests: $(TESTS)
 bench: setup ## speed against error of every method: out/bench.csv and out/bench.png
 	@$(MAKE) --no-print-directory -s build
 	@mkdir -p out
-	@$(BUILD)/hetab bench --csv out/bench.csv
+	@$(BUILD)/hetab bench --force --csv out/bench.csv
 	@scripts/plot_bench out/bench.csv out/bench.png
 
 .PHONY: asan

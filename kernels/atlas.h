@@ -1,7 +1,8 @@
 /* The atlas: h(g, x), one universal function of two numbers, as polynomials made by the host in
  * double (src/model/atlas.c) from the very series of series.h.
  *
- * Panels split g (two per octave), segments split x within a panel; on a segment
+ * Panels split g at 2^e and 1.5 2^e (a real's exponent and first bit are its panel), segments split
+ * x within a panel; on a segment
  *   ln(h / h_centre) = sum_j c_j(u) t^j,  c_j(u) = sum_k C[k][j] u^k,  u and t in [-1, 1].
  * A table row has one g: its c_j cost HETAB_ATLAS_G vector multiply-adds a segment, and then every
  * entry costs one polynomial and one exponential, whatever the roughness.
@@ -21,26 +22,32 @@
 typedef struct hetab_atlas {
   __global const real *panels, *segments;
   __global const real *coefficients; /* [segment][k][j], or [segment][j][k] for rows of one x */
-  int panel_count;
-  real log2_g; /* of the first panel's start */
+  int panel_count, first_panel;      /* the number, as below, of panels[0] */
 } hetab_atlas;
+
+/* Twice the exponent of g > 0 plus the first bit of its mantissa, bias included. */
+static inline int hetab_panel_number(real g) {
+#if HETAB_REAL_BITS == 64
+  return (int)(as_long(g) >> 51) - 2 * (1023 - 127);
+#else
+  return as_int(g) >> 22;
+#endif
+}
 
 /* The panel of g, -1 below the atlas. */
 static inline int hetab_atlas_panel(const hetab_atlas *atlas, real g) {
-  real p = floor(RC(2.0) * (log2(fmax(g, RC(1e-30))) - atlas->log2_g));
-  return p < RC(0.0) ? -1 : min((int)p, atlas->panel_count - 1);
+  return max(-1, min(hetab_panel_number(g) - atlas->first_panel, atlas->panel_count - 1));
 }
 
-/* Where a panel starts. */
-static inline real hetab_atlas_edge(const hetab_atlas *atlas, int panel) {
-  return exp2(atlas->log2_g + RC(0.5) * panel);
+static inline real hetab_panel_start(const hetab_atlas *atlas, int panel) {
+  return atlas->panels[panel * HETAB_PANEL_REALS + 5];
 }
 
 /* The polynomial of one segment for one row. */
 typedef struct hetab_segment {
   real start;         /* x where it begins */
   real offset, slope; /* t = offset + slope (1 + cos phi) */
-  real peak;          /* exp(c_0): kept out of the exponent, which stays small */
+  real h_centre;      /* kept out of the exponent, which stays small */
   real c[HETAB_ATLAS_X_PAD];
 } hetab_segment;
 
@@ -55,15 +62,16 @@ static inline void hetab_atlas_load(const hetab_atlas *atlas, int segment, real 
   __global const real *head = atlas->segments + segment * HETAB_SEGMENT_REALS;
   __global const real *table = atlas->coefficients + segment * (HETAB_ATLAS_G * HETAB_ATLAS_X_PAD);
   s->start = head[0];
+  s->h_centre = head[3];
   s->offset = hetab_product_less(x->wave_x, x->d2, head[1]) * head[2];
   s->slope = x->wave_x.hi * x->p * head[2];
   for (int i = 0; i < HETAB_ATLAS_X_PAD / HETAB_VW; i++) {
     vreal c = V_LOAD((HETAB_ATLAS_G - 1) * (HETAB_ATLAS_X_PAD / HETAB_VW) + i, table);
+#pragma unroll
     for (int k = HETAB_ATLAS_G - 2; k >= 0; k--)
       c = fma(c, (vreal)u, V_LOAD(k * (HETAB_ATLAS_X_PAD / HETAB_VW) + i, table));
     V_STORE(c, i, s->c);
   }
-  s->peak = head[3] * exp(s->c[0]);
 }
 
 /* h at 1 + cos phi; held to the segment's ends outside. */
@@ -71,19 +79,19 @@ static inline vreal hetab_atlas_h(const hetab_segment *s, vreal one_plus_cos) {
   vreal t =
       clamp(fma(one_plus_cos, (vreal)s->slope, (vreal)s->offset), (vreal)RC(-1.0), (vreal)RC(1.0));
   vreal p = (vreal)s->c[HETAB_ATLAS_X - 1];
-  for (int j = HETAB_ATLAS_X - 2; j >= 1; j--)
+#pragma unroll
+  for (int j = HETAB_ATLAS_X - 2; j >= 0; j--)
     p = fma(p, t, (vreal)s->c[j]);
-  return s->peak * hetab_exp(p * t);
+  return s->h_centre * hetab_exp(p);
 }
 
 /* The polynomial in u of one panel at one x. */
 typedef struct hetab_column {
   real centre, scale; /* u = (g - centre) scale */
-  real peak;
+  real h_centre;      /* 0 beyond the end of the atlas */
   real c[HETAB_ATLAS_G_PAD];
 } hetab_column;
 
-/* peak is 0 beyond the end of the atlas. */
 static inline void hetab_atlas_load_column(const hetab_atlas *atlas, int panel, hetab_two wave_x,
                                            hetab_two lateral2, hetab_column *column) {
   __global const real *panel_head = atlas->panels + panel * HETAB_PANEL_REALS;
@@ -91,7 +99,7 @@ static inline void hetab_atlas_load_column(const hetab_atlas *atlas, int panel, 
   int first = (int)panel_head[0], segment = first + (int)panel_head[1] - 1;
   column->centre = panel_head[2];
   column->scale = panel_head[3];
-  column->peak = RC(0.0);
+  column->h_centre = RC(0.0);
   if (x >= panel_head[4])
     return;
   while (segment > first && x < atlas->segments[segment * HETAB_SEGMENT_REALS])
@@ -102,20 +110,22 @@ static inline void hetab_atlas_load_column(const hetab_atlas *atlas, int panel, 
       (vreal)clamp(hetab_product_less(wave_x, lateral2, head[1]) * head[2], RC(-1.0), RC(1.0));
   for (int i = 0; i < HETAB_ATLAS_G_PAD / HETAB_VW; i++) {
     vreal c = V_LOAD((HETAB_ATLAS_X - 1) * (HETAB_ATLAS_G_PAD / HETAB_VW) + i, table);
+#pragma unroll
     for (int j = HETAB_ATLAS_X - 2; j >= 0; j--)
       c = fma(c, t, V_LOAD(j * (HETAB_ATLAS_G_PAD / HETAB_VW) + i, table));
     V_STORE(c, i, column->c);
   }
-  column->peak = head[3] * exp(column->c[0]);
+  column->h_centre = head[3];
 }
 
 /* h at g, which should lie in the panel. */
 static inline vreal hetab_atlas_column_h(const hetab_column *column, vreal g) {
   vreal u = clamp((g - column->centre) * column->scale, (vreal)RC(-1.0), (vreal)RC(1.0));
   vreal p = (vreal)column->c[HETAB_ATLAS_G - 1];
-  for (int k = HETAB_ATLAS_G - 2; k >= 1; k--)
+#pragma unroll
+  for (int k = HETAB_ATLAS_G - 2; k >= 0; k--)
     p = fma(p, u, (vreal)column->c[k]);
-  return column->peak * hetab_exp(p * u);
+  return column->h_centre * hetab_exp(p);
 }
 
 #endif

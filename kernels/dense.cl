@@ -50,26 +50,40 @@ static inline vreal hetab_row_value(const hetab_row *row, vreal lateral2, vreal 
   return fresnel * (cos2_d * cos2_d) * row->amplitude * h + row->wave.diffuse_brdf;
 }
 
-/* The last vector of a row may reach into the next one: keep what belongs here. */
+/* Rows need not be whole vectors: the first one starts at 0 and the second where the rest is whole,
+ * writing over what the first one stored there. (Vectors go with one work-item a row.) Rows shorter
+ * than a vector are stored one by one. */
 static inline void hetab_row_store(vreal value, __global real *out, int entry, int phi_count) {
-  if (entry + HETAB_VW <= phi_count) {
+  if (phi_count >= HETAB_VW) {
     V_STORE(value, 0, out + entry);
   } else {
     real part[HETAB_VW];
     V_STORE(value, 0, part);
-    for (int i = 0; i < phi_count - entry; i++)
-      out[entry + i] = part[i];
+    for (int i = 0; i < phi_count; i++)
+      out[i] = part[i];
   }
+}
+
+/* How many entries of the vector that starts at `entry` are its own; the next one starts there. */
+static inline int hetab_row_own(int entry, int phi_count) {
+  int rest = phi_count % HETAB_VW;
+  return entry == 0 && rest > 0 && phi_count > HETAB_VW ? rest : HETAB_VW;
 }
 
 static inline void hetab_row_by_series(const hetab_row *row, __global const real *one_plus_cos,
                                        int phi_count, __global real *out) {
-  for (int e = get_local_id(0) * HETAB_VW; e < phi_count; e += get_local_size(0) * HETAB_VW) {
+  vreal g = (vreal)(row->wave.g.hi * row->mu2_ratio2.hi);
+  for (int e = get_local_id(0) * HETAB_VW; e < phi_count;
+       e += get_local_size(0) * hetab_row_own(e, phi_count)) {
     vreal lateral2 = hetab_row_lateral2(row, V_LOAD(0, one_plus_cos + e));
-    vreal g = (vreal)(row->wave.g.hi * row->mu2_ratio2.hi);
     vreal h = hetab_h(g, row->wave.x.hi * lateral2);
     hetab_row_store(hetab_row_value(row, lateral2, h), out, e, phi_count);
   }
+}
+
+/* x at one entry. */
+static inline real hetab_row_x_at(const hetab_row *row, real one_plus_cos) {
+  return row->wave.x.hi * (row->x.d2.hi + row->x.p * one_plus_cos);
 }
 
 /* x falls along the row: segments are entered from above, each loaded once by a work-item. */
@@ -77,29 +91,26 @@ static inline void hetab_row_by_atlas(const hetab_row *row, const hetab_atlas *a
                                       __global const real *one_plus_cos, int phi_count,
                                       __global real *out) {
   __global const real *head = atlas->panels + panel * HETAB_PANEL_REALS;
-  int first = (int)head[0];
-  int at = first + (int)head[1] - 1;
+  int first = (int)head[0], at = first + (int)head[1], own;
   real u = hetab_product_less(row->wave.g, row->mu2_ratio2, head[2]) * head[3];
   real x_end = head[4];
   hetab_segment s;
-  int loaded = -1;
-  for (int e = get_local_id(0) * HETAB_VW; e < phi_count; e += get_local_size(0) * HETAB_VW) {
+  s.start = x_end; /* no segment yet */
+  for (int e = get_local_id(0) * HETAB_VW; e < phi_count; e += get_local_size(0) * own) {
+    own = hetab_row_own(e, phi_count);
     vreal q = V_LOAD(0, one_plus_cos + e);
     vreal lateral2 = hetab_row_lateral2(row, q);
-    vreal x = row->wave.x.hi * lateral2;
     vreal h = RC(0.0);
-    if (V_LAST(x) < x_end) {
-      while (at > first && V_FIRST(x) < atlas->segments[at * HETAB_SEGMENT_REALS])
-        at--;
-      if (at != loaded)
-        hetab_atlas_load(atlas, at, u, &row->x, &s);
-      h = hetab_atlas_h(&s, q);
-      while (at > first && V_LAST(x) < s.start) {
+    real x_last = hetab_row_x_at(row, one_plus_cos[e + own - 1]);
+    if (x_last < x_end) {
+      vreal x = row->wave.x.hi * lateral2;
+      if (at < first + (int)head[1])
+        h = hetab_atlas_h(&s, q);
+      while (at > first && x_last < s.start) {
         vreal below = (vreal)s.start;
         hetab_atlas_load(atlas, --at, u, &row->x, &s);
         h = x < below ? hetab_atlas_h(&s, q) : h;
       }
-      loaded = at;
       h = x < (vreal)x_end ? h : (vreal)RC(0.0);
     }
     hetab_row_store(hetab_row_value(row, lateral2, h), out, e, phi_count);
@@ -111,12 +122,12 @@ __kernel void hetab_k_dense_rows(__global const real *waves, int wavelength,
                                  __global const real *pairs, int first_pair, int row_count,
                                  __global const real *one_plus_cos, int phi_count,
                                  __global const real *panels, __global const real *segments,
-                                 __global const real *coefficients, int panel_count, real log2_g,
-                                 __global real *out) {
+                                 __global const real *coefficients, int panel_count,
+                                 int first_panel, __global real *out) {
   int r = get_global_id(1);
   if (r >= row_count)
     return;
-  hetab_atlas atlas = {panels, segments, coefficients, panel_count, log2_g};
+  hetab_atlas atlas = {panels, segments, coefficients, panel_count, first_panel};
   hetab_row row =
       hetab_row_of(waves, wavelength, pairs + (size_t)(first_pair + r) * HETAB_PAIR_REALS);
   int panel = hetab_atlas_panel(&atlas, row.wave.g.hi * row.mu2_ratio2.hi);

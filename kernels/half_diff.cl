@@ -59,11 +59,10 @@ static inline void hetab_cells_by_atlas(hetab_cells *cells, const hetab_wave *wa
   hetab_column column;
   for (int panel = max(lowest, 0); panel <= highest; panel++) {
     hetab_atlas_load_column(atlas, panel, wave->x, lateral2, &column);
-    if (column.peak == RC(0.0))
+    if (column.h_centre == RC(0.0))
       continue;
-    /* the outermost panels take what rounding puts a little outside */
-    real low = panel == lowest ? RC(0.0) : hetab_atlas_edge(atlas, panel);
-    real high = panel == highest ? RC(1e30) : hetab_atlas_edge(atlas, panel + 1);
+    real low = panel == lowest ? RC(0.0) : hetab_panel_start(atlas, panel);
+    real high = panel == highest ? RC(1e30) : hetab_panel_start(atlas, panel + 1);
     for (int v = 0; v < cells->count; v++) {
       vreal g = g_row * cells->ratio2[v];
       vreal value = factor * hetab_atlas_column_h(&column, g);
@@ -80,7 +79,7 @@ static inline void hetab_cells_spectrum(hetab_cells *cells, __global const real 
   hetab_two lateral2 = {frame[0], frame[1]};
   real mu2 = frame[2];
   real cos2_d = fmin(RC(0.25) * (mu2 + lateral2.hi), RC(1.0));
-  real g_below = hetab_atlas_edge(atlas, 0);
+  real g_below = hetab_panel_start(atlas, 0);
   for (int w = 0; w < wavelength_count; w++) {
     hetab_wave wave = hetab_wave_load(waves, w);
     real fresnel = V_FIRST(hetab_fresnel((vreal)cos2_d, (vreal)wave.n, (vreal)wave.k));
@@ -100,12 +99,12 @@ __kernel void hetab_k_half_diff(__global const real *waves, int wavelength_count
                                 __global const real *frame, __global const real *mu_i,
                                 __global const real *mu_r, int row_count, int stride,
                                 __global const real *panels, __global const real *segments,
-                                __global const real *coefficients, int panel_count, real log2_g,
+                                __global const real *coefficients, int panel_count, int first_panel,
                                 __global real *channels) {
   int r = get_global_id(1);
   if (r >= row_count)
     return;
-  hetab_atlas atlas = {panels, segments, coefficients, panel_count, log2_g};
+  hetab_atlas atlas = {panels, segments, coefficients, panel_count, first_panel};
   const real diffuse[HETAB_CHANNELS] = {diffuse0, diffuse1, diffuse2};
   size_t start = (size_t)r * stride, plane = (size_t)row_count * stride;
   int step = get_local_size(0) * HETAB_VW;

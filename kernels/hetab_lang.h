@@ -38,7 +38,7 @@ typedef real vreal;
 #define V_ANY(mask) (mask)
 #define V_LOAD(i, p) ((p)[i])
 #define V_STORE(v, i, p) ((p)[i] = (v))
-#define V_INT(v) HETAB_CAT(convert_, HETAB_INT)(v)
+#define V_BITS(v) HETAB_CAT(as_, HETAB_INT)(v)
 #define V_FROM_BITS(v) HETAB_CAT(as_, HETAB_REAL)(v)
 #define V_FIRST(v) (v)
 #define V_LAST(v) (v)
@@ -47,7 +47,7 @@ typedef HETAB_CAT(HETAB_REAL, HETAB_VW) vreal;
 #define V_ANY(mask) any(mask)
 #define V_LOAD(i, p) HETAB_CAT(vload, HETAB_VW)(i, p)
 #define V_STORE(v, i, p) HETAB_CAT(vstore, HETAB_VW)(v, i, p)
-#define V_INT(v) HETAB_CAT(convert_, HETAB_CAT(HETAB_INT, HETAB_VW))(v)
+#define V_BITS(v) HETAB_CAT(as_, HETAB_CAT(HETAB_INT, HETAB_VW))(v)
 #define V_FROM_BITS(v) HETAB_CAT(as_, HETAB_CAT(HETAB_REAL, HETAB_VW))(v)
 #define V_FIRST(v) ((v).s0)
 #if HETAB_VW == 16

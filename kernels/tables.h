@@ -20,8 +20,9 @@
 /* One (theta_h, theta_d): lateral2 = |q_i + q_r|^2 (two), mu2. */
 #define HETAB_FRAME_REALS 3
 #define HETAB_CHANNELS 3
-/* One panel of the atlas: first segment, segments, centre of g, 1/half width of g, end of x. */
-#define HETAB_PANEL_REALS 5
+/* One panel of the atlas: first segment, segments, centre of g, 1/half width of g, end of x, start
+ * of g. */
+#define HETAB_PANEL_REALS 6
 /* One segment: start of x, centre of x, 1/half width of x, h at its centre. */
 #define HETAB_SEGMENT_REALS 4
 

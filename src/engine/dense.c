@@ -232,7 +232,7 @@ hetab_status hetab_dense_run(hetab_context *ctx, const hetab_engine *engine,
     hetab_arg_mem(&args, l->segments);
     hetab_arg_mem(&args, l->coefficients);
     hetab_arg_int(&args, dense->atlas.panel_count);
-    hetab_arg_real(&args, dense->atlas.log2_g);
+    hetab_arg_int(&args, (size_t)dense->atlas.first_panel);
   }
   hetab_arg_mem(&args, out);
   HETAB_TRY(args.status);

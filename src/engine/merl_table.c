@@ -164,7 +164,7 @@ static hetab_status run_kernel(merl_job *job) {
   hetab_arg_mem(&args, job->segments);
   hetab_arg_mem(&args, job->coefficients);
   hetab_arg_int(&args, job->atlas.panel_count);
-  hetab_arg_real(&args, job->atlas.log2_g);
+  hetab_arg_int(&args, (size_t)job->atlas.first_panel);
   hetab_arg_mem(&args, job->channels);
   HETAB_TRY(args.status);
   HETAB_TRY(hetab_lane_run_rows(job->ctx, lane, job->kernel, ROWS));

@@ -7,7 +7,7 @@
 #include "kernels/tables.h"
 #include "model/model.h"
 
-enum { PANELS_PER_OCTAVE = 2, MOST_DEGREE = 32 };
+enum { MOST_DEGREE = 32 };
 
 void hetab_atlas_degrees(double tolerance, int vector_width, hetab_atlas *atlas) {
   double digits = -log10(tolerance);
@@ -134,6 +134,7 @@ static hetab_status build_panel(hetab_context *ctx, hetab_atlas *atlas, double g
   panel[2] = 0.5 * (g_low + g_high);
   panel[3] = 2.0 / (g_high - g_low);
   panel[4] = end;
+  panel[5] = g_low;
   while (a < end) {
     double b = fmin(a + 1.5 * length, end);
     while (!converges(atlas, g_low, a, b, tolerance) && b - a > 1e-4 * end)
@@ -146,21 +147,28 @@ static hetab_status build_panel(hetab_context *ctx, hetab_atlas *atlas, double g
   return HETAB_OK;
 }
 
+/* Panels start at 2^e and 1.5 2^e; kernels/atlas.h reads their number off a float's bits. */
+static int panel_number(double g) {
+  int exponent;
+  double mantissa = frexp(g, &exponent); /* in [0.5, 1) */
+  return 2 * (exponent - 1 + 127) + (mantissa >= 0.75);
+}
+
+static double panel_start(int number) {
+  return ldexp(number & 1 ? 1.5 : 1.0, (number >> 1) - 127);
+}
+
 hetab_status hetab_atlas_build(hetab_context *ctx, double g_min, double g_max, double tolerance,
                                hetab_atlas *atlas) {
-  double first = floor(PANELS_PER_OCTAVE * log2(g_min));
-  double last = floor(PANELS_PER_OCTAVE * log2(g_max));
-  atlas->log2_g = first / PANELS_PER_OCTAVE;
-  atlas->panel_count = (size_t)(last - first) + 1;
+  atlas->first_panel = panel_number(g_min);
+  atlas->panel_count = (size_t)(panel_number(g_max) - atlas->first_panel) + 1;
   atlas->panels = hetab_alloc(ctx, atlas->panel_count, HETAB_PANEL_REALS * sizeof(double));
   if (!atlas->panels)
     return HETAB_ERR_MEMORY;
-  for (size_t p = 0; p < atlas->panel_count; p++) {
-    double g_low = exp2((first + (double)p) / PANELS_PER_OCTAVE);
-    double g_high = exp2((first + (double)p + 1.0) / PANELS_PER_OCTAVE);
-    HETAB_TRY(
-        build_panel(ctx, atlas, g_low, g_high, tolerance, atlas->panels + p * HETAB_PANEL_REALS));
-  }
+  for (int p = 0; p < (int)atlas->panel_count; p++)
+    HETAB_TRY(build_panel(ctx, atlas, panel_start(atlas->first_panel + p),
+                          panel_start(atlas->first_panel + p + 1), tolerance,
+                          atlas->panels + p * HETAB_PANEL_REALS));
   return HETAB_OK;
 }
 
