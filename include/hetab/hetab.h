@@ -10,5 +10,6 @@
 #include <hetab/merl.h>
 #include <hetab/tabulate.h>
 #include <hetab/table.h>
+#include <hetab/reflectance.h>
 #include <hetab/bench.h>
 #endif
