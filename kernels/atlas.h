@@ -78,11 +78,15 @@ static inline void hetab_atlas_load(const hetab_atlas *atlas, int segment, real 
 static inline vreal hetab_atlas_h(const hetab_segment *s, vreal one_plus_cos) {
   vreal t =
       clamp(fma(one_plus_cos, (vreal)s->slope, (vreal)s->offset), (vreal)RC(-1.0), (vreal)RC(1.0));
-  vreal p = (vreal)s->c[HETAB_ATLAS_X - 1];
+  /* even and odd powers apart: two chains that overlap */
+  vreal t2 = t * t;
+  vreal even = (vreal)s->c[HETAB_ATLAS_X - 2], odd = (vreal)s->c[HETAB_ATLAS_X - 1];
 #pragma unroll
-  for (int j = HETAB_ATLAS_X - 2; j >= 0; j--)
-    p = fma(p, t, (vreal)s->c[j]);
-  return s->h_centre * hetab_exp(p);
+  for (int j = HETAB_ATLAS_X - 4; j >= 0; j -= 2) {
+    even = fma(even, t2, (vreal)s->c[j]);
+    odd = fma(odd, t2, (vreal)s->c[j + 1]);
+  }
+  return s->h_centre * hetab_exp(fma(odd, t, even));
 }
 
 /* The polynomial in u of one panel at one x. */

@@ -2,12 +2,14 @@
  *
  * One work-item takes HETAB_VW neighbouring entries of a row at a time and strides through the row
  * with its neighbours of dimension 0 (one on a CPU, a work-group on a GPU); dimension 1 counts the
- * rows. Two methods and a limit:
+ * rows. Rows (theta_i, theta_r) and (theta_r, theta_i) are equal: where a slab holds both, one is
+ * computed and stored twice. Two methods and a limit:
  *   hetab_k_dense_rows    polynomials of the atlas (default)
  *   hetab_k_dense_series  the constant-cost series at every entry
  *   hetab_k_dense_store   writes and does nothing else: the ceiling of the device's memory
  *
- * Buffers: waves[wavelength][HETAB_WAVE_REALS], pairs[theta_i][theta_r][HETAB_PAIR_REALS],
+ * Buffers: rows[row][2], the numbers of a pair (and row of the slab) and of its mirror image or -1;
+ * waves[wavelength][HETAB_WAVE_REALS], pairs[theta_i][theta_r][HETAB_PAIR_REALS],
  * one_plus_cos[phi], falling, padded with its last value to a multiple of HETAB_VW. */
 #define HETAB_CL
 #include "he_torrance.h"
@@ -21,11 +23,17 @@ typedef struct hetab_row {
   hetab_row_x x;
   real amplitude; /* of the wave, times shadow */
   real mu2;
+  __global real *out,
+      *mirror; /* where the row goes, twice the same if it is its own mirror image */
 } hetab_row;
 
 static inline hetab_row hetab_row_of(__global const real *waves, int wavelength,
-                                     __global const real *pair) {
+                                     __global const real *pairs, __global const int *numbers,
+                                     __global real *out, int phi_count) {
   hetab_row row;
+  __global const real *pair = pairs + (size_t)numbers[0] * HETAB_PAIR_REALS;
+  row.out = out + (size_t)numbers[0] * phi_count;
+  row.mirror = numbers[1] < 0 ? row.out : out + (size_t)numbers[1] * phi_count;
   row.wave = hetab_wave_load(waves, wavelength);
   row.mu2_ratio2.hi = pair[0];
   row.mu2_ratio2.lo = pair[1];
@@ -46,14 +54,15 @@ static inline vreal hetab_row_lateral2(const hetab_row *row, vreal one_plus_cos)
 /* dd + ud of one vector of entries, given its h. */
 static inline vreal hetab_row_value(const hetab_row *row, vreal lateral2, vreal h) {
   vreal cos2_d = fmin(RC(0.25) * (row->mu2 + lateral2), (vreal)RC(1.0));
-  vreal fresnel = hetab_fresnel(cos2_d, (vreal)row->wave.n, (vreal)row->wave.k);
-  return fresnel * (cos2_d * cos2_d) * row->amplitude * h + row->wave.diffuse_brdf;
+  vreal fresnel = row->wave.fitted ? hetab_fresnel_fitted(cos2_d, row->wave.fresnel_fit)
+                                   : hetab_fresnel(cos2_d, (vreal)row->wave.n, (vreal)row->wave.k);
+  return hetab_dd(cos2_d, fresnel, (vreal)row->amplitude, h) + row->wave.diffuse_brdf;
 }
 
 /* Rows need not be whole vectors: the first one starts at 0 and the second where the rest is whole,
  * writing over what the first one stored there. (Vectors go with one work-item a row.) Rows shorter
  * than a vector are stored one by one. */
-static inline void hetab_row_store(vreal value, __global real *out, int entry, int phi_count) {
+static inline void hetab_store(vreal value, __global real *out, int entry, int phi_count) {
   if (phi_count >= HETAB_VW) {
     V_STORE(value, 0, out + entry);
   } else {
@@ -64,6 +73,12 @@ static inline void hetab_row_store(vreal value, __global real *out, int entry, i
   }
 }
 
+static inline void hetab_row_store(const hetab_row *row, vreal value, int entry, int phi_count) {
+  hetab_store(value, row->out, entry, phi_count);
+  if (row->mirror != row->out)
+    hetab_store(value, row->mirror, entry, phi_count);
+}
+
 /* How many entries of the vector that starts at `entry` are its own; the next one starts there. */
 static inline int hetab_row_own(int entry, int phi_count) {
   int rest = phi_count % HETAB_VW;
@@ -71,13 +86,13 @@ static inline int hetab_row_own(int entry, int phi_count) {
 }
 
 static inline void hetab_row_by_series(const hetab_row *row, __global const real *one_plus_cos,
-                                       int phi_count, __global real *out) {
+                                       int phi_count) {
   vreal g = (vreal)(row->wave.g.hi * row->mu2_ratio2.hi);
   for (int e = get_local_id(0) * HETAB_VW; e < phi_count;
        e += get_local_size(0) * hetab_row_own(e, phi_count)) {
     vreal lateral2 = hetab_row_lateral2(row, V_LOAD(0, one_plus_cos + e));
     vreal h = hetab_h(g, row->wave.x.hi * lateral2);
-    hetab_row_store(hetab_row_value(row, lateral2, h), out, e, phi_count);
+    hetab_row_store(row, hetab_row_value(row, lateral2, h), e, phi_count);
   }
 }
 
@@ -88,8 +103,7 @@ static inline real hetab_row_x_at(const hetab_row *row, real one_plus_cos) {
 
 /* x falls along the row: segments are entered from above, each loaded once by a work-item. */
 static inline void hetab_row_by_atlas(const hetab_row *row, const hetab_atlas *atlas, int panel,
-                                      __global const real *one_plus_cos, int phi_count,
-                                      __global real *out) {
+                                      __global const real *one_plus_cos, int phi_count) {
   __global const real *head = atlas->panels + panel * HETAB_PANEL_REALS;
   int first = (int)head[0], at = first + (int)head[1], own;
   real u = hetab_product_less(row->wave.g, row->mu2_ratio2, head[2]) * head[3];
@@ -99,11 +113,12 @@ static inline void hetab_row_by_atlas(const hetab_row *row, const hetab_atlas *a
   for (int e = get_local_id(0) * HETAB_VW; e < phi_count; e += get_local_size(0) * own) {
     own = hetab_row_own(e, phi_count);
     vreal q = V_LOAD(0, one_plus_cos + e);
-    vreal lateral2 = hetab_row_lateral2(row, q);
-    vreal h = RC(0.0);
+    vreal value = (vreal)row->wave.diffuse_brdf;
     real x_last = hetab_row_x_at(row, one_plus_cos[e + own - 1]);
     if (x_last < x_end) {
+      vreal lateral2 = hetab_row_lateral2(row, q);
       vreal x = row->wave.x.hi * lateral2;
+      vreal h = RC(0.0);
       if (at < first + (int)head[1])
         h = hetab_atlas_h(&s, q);
       while (at > first && x_last < s.start) {
@@ -112,49 +127,48 @@ static inline void hetab_row_by_atlas(const hetab_row *row, const hetab_atlas *a
         h = x < below ? hetab_atlas_h(&s, q) : h;
       }
       h = x < (vreal)x_end ? h : (vreal)RC(0.0);
+      value = hetab_row_value(row, lateral2, h);
     }
-    hetab_row_store(hetab_row_value(row, lateral2, h), out, e, phi_count);
+    hetab_row_store(row, value, e, phi_count);
   }
 }
 
 /* Rows below the atlas's range of g, within a degree of grazing on both sides, take the series. */
-__kernel void hetab_k_dense_rows(__global const real *waves, int wavelength,
-                                 __global const real *pairs, int first_pair, int row_count,
-                                 __global const real *one_plus_cos, int phi_count,
-                                 __global const real *panels, __global const real *segments,
-                                 __global const real *coefficients, int panel_count,
-                                 int first_panel, __global real *out) {
+__kernel void hetab_k_dense_rows(__global const int *rows, int row_count,
+                                 __global const real *waves, int wavelength,
+                                 __global const real *pairs, __global const real *one_plus_cos,
+                                 int phi_count, __global real *out, __global const real *panels,
+                                 __global const real *segments, __global const real *coefficients,
+                                 int panel_count, int first_panel) {
   int r = get_global_id(1);
   if (r >= row_count)
     return;
   hetab_atlas atlas = {panels, segments, coefficients, panel_count, first_panel};
-  hetab_row row =
-      hetab_row_of(waves, wavelength, pairs + (size_t)(first_pair + r) * HETAB_PAIR_REALS);
+  hetab_row row = hetab_row_of(waves, wavelength, pairs, rows + 2 * r, out, phi_count);
   int panel = hetab_atlas_panel(&atlas, row.wave.g.hi * row.mu2_ratio2.hi);
-  out += (size_t)r * phi_count;
   if (panel >= 0)
-    hetab_row_by_atlas(&row, &atlas, panel, one_plus_cos, phi_count, out);
+    hetab_row_by_atlas(&row, &atlas, panel, one_plus_cos, phi_count);
   else
-    hetab_row_by_series(&row, one_plus_cos, phi_count, out);
+    hetab_row_by_series(&row, one_plus_cos, phi_count);
 }
 
-__kernel void hetab_k_dense_series(__global const real *waves, int wavelength,
-                                   __global const real *pairs, int first_pair, int row_count,
-                                   __global const real *one_plus_cos, int phi_count,
-                                   __global real *out) {
+__kernel void hetab_k_dense_series(__global const int *rows, int row_count,
+                                   __global const real *waves, int wavelength,
+                                   __global const real *pairs, __global const real *one_plus_cos,
+                                   int phi_count, __global real *out) {
   int r = get_global_id(1);
   if (r >= row_count)
     return;
-  hetab_row row =
-      hetab_row_of(waves, wavelength, pairs + (size_t)(first_pair + r) * HETAB_PAIR_REALS);
-  hetab_row_by_series(&row, one_plus_cos, phi_count, out + (size_t)r * phi_count);
+  hetab_row row = hetab_row_of(waves, wavelength, pairs, rows + 2 * r, out, phi_count);
+  hetab_row_by_series(&row, one_plus_cos, phi_count);
 }
 
-__kernel void hetab_k_dense_store(real value, int row_count, int phi_count, __global real *out) {
+__kernel void hetab_k_dense_store(int row_count, int phi_count, __global real *out) {
   int r = get_global_id(1);
   if (r >= row_count)
     return;
   out += (size_t)r * phi_count;
-  for (int e = get_local_id(0) * HETAB_VW; e < phi_count; e += get_local_size(0) * HETAB_VW)
-    hetab_row_store((vreal)value, out, e, phi_count);
+  for (int e = get_local_id(0) * HETAB_VW; e < phi_count;
+       e += get_local_size(0) * hetab_row_own(e, phi_count))
+    hetab_store((vreal)RC(1.0), out, e, phi_count);
 }

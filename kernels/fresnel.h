@@ -3,31 +3,50 @@
 #define HETAB_FRESNEL_H
 
 #include "hetab_lang.h"
+#include "tables.h"
 
-/* Source: Eq. 25 with the reflection coefficients written for real arithmetic: a + ib =
- *         sqrt((n + ik)^2 - sin^2 theta), and both polarisations over one division.
- * In    : cos2 = cos^2(theta_d) in [0, 1], the square because it is what the kernels know exactly;
- *         n > 0, k >= 0
- * Out   : (F_s + F_p) / 2 in [0, 1]; 1 at grazing
- * The smaller of a and b comes from a b = n k: their squares cancel for good metals and for
- * dielectrics. */
-static inline vreal hetab_fresnel(vreal cos2, vreal n, vreal k) {
+/* Source: Eq. 25 with the reflection coefficients written for real arithmetic. With a + ib =
+ *         sqrt((n + ik)^2 - sin^2), m = a^2 + b^2 and t = 2 a cos,
+ *           F_s = (cos^2 + m - t) / (cos^2 + m + t)
+ *           F_p / F_s = (m cos^2 + sin^4 - t sin^2) / (m cos^2 + sin^4 + t sin^2)
+ *         and the mean of F_s and F_p has one division.
+ * In    : cos2 = cos^2(theta_d) in [0, 1], the square because it is what the kernels know exactly
+ * Out   : (F_s + F_p) / 2 in [0, 1]; 1 at grazing */
+static inline vreal hetab_fresnel_mean(vreal cos2, vreal t, vreal m, vreal minus_s) {
   vreal sin2 = RC(1.0) - cos2;
+  vreal u = m * cos2 + sin2 * sin2;
+  return minus_s * u / ((cos2 + m + t) * (u + t * sin2));
+}
+
+/* For any n > 0, k >= 0. The smaller of a and b comes from a b = n k: their squares cancel for good
+ * metals and for dielectrics. */
+static inline vreal hetab_fresnel(vreal cos2, vreal n, vreal k) {
   vreal c = sqrt(cos2);
   vreal nk = n * k;
-  vreal re = (n - k) * (n + k) - sin2;
-  vreal modulus = sqrt(re * re + RC(4.0) * nk * nk);
-  vreal large = sqrt(RC(0.5) * (modulus + fabs(re)));
+  vreal re = (n - k) * (n + k) - (RC(1.0) - cos2);
+  vreal m = sqrt(re * re + RC(4.0) * nk * nk);
+  vreal large = sqrt(RC(0.5) * (m + fabs(re)));
   vreal small = nk / fmax(large, (vreal)RC(1e-18));
   vreal a = re > (vreal)RC(0.0) ? large : small;
-  vreal b2 = re > (vreal)RC(0.0) ? small * small : large * large;
-  vreal ac = a * c;
-  vreal b2c2 = b2 * cos2;
-  vreal minus_s = (a - c) * (a - c) + b2;
-  vreal plus_s = (a + c) * (a + c) + b2;
-  vreal minus_p = (ac - sin2) * (ac - sin2) + b2c2;
-  vreal plus_p = (ac + sin2) * (ac + sin2) + b2c2;
-  return RC(0.5) * minus_s * (plus_p + minus_p) / (plus_s * plus_p);
+  vreal b = re > (vreal)RC(0.0) ? small : large;
+  return hetab_fresnel_mean(cos2, RC(2.0) * a * c, m, (a - c) * (a - c) + b * b);
 }
+
+#ifdef HETAB_CL
+/* For indices far from 1, as of metals: a and m hardly depend on the angle, and the host has made
+ * polynomials of both in 2 cos^2 - 1 (src/model/fresnel_fit.c says when they are good enough).
+ * Two square roots and a division less, in the hottest loop there is. */
+static inline vreal hetab_fresnel_fitted(vreal cos2, __global const real *fit) {
+  vreal v = RC(2.0) * cos2 - RC(1.0);
+  vreal a = (vreal)fit[HETAB_FRESNEL_FIT - 1], m = (vreal)fit[2 * HETAB_FRESNEL_FIT - 1];
+#pragma unroll
+  for (int i = HETAB_FRESNEL_FIT - 2; i >= 0; i--) {
+    a = fma(a, v, (vreal)fit[i]);
+    m = fma(m, v, (vreal)fit[HETAB_FRESNEL_FIT + i]);
+  }
+  vreal t = RC(2.0) * a * sqrt(cos2);
+  return hetab_fresnel_mean(cos2, t, m, cos2 + m - t);
+}
+#endif
 
 #endif

@@ -83,7 +83,8 @@ static inline void hetab_cells_spectrum(hetab_cells *cells, __global const real 
   for (int w = 0; w < wavelength_count; w++) {
     hetab_wave wave = hetab_wave_load(waves, w);
     real fresnel = V_FIRST(hetab_fresnel((vreal)cos2_d, (vreal)wave.n, (vreal)wave.k));
-    real factor = wave.amplitude * fresnel * cos2_d * cos2_d;
+    real factor =
+        V_FIRST(hetab_dd((vreal)cos2_d, (vreal)fresnel, (vreal)wave.amplitude, (vreal)RC(1.0)));
     real g_row = wave.g.hi * mu2;
     int highest = hetab_atlas_panel(atlas, g_row * cells->ratio2_max);
     int lowest = hetab_atlas_panel(atlas, g_row * cells->ratio2_min);

@@ -24,9 +24,10 @@
 /* 16 pi^3 sigma0^2 tau^2 / lambda^4 */
 #define HETAB_WAVE_AMPLITUDE(wave_g, wave_x) (RC(4.0) / RC_PI * (wave_g) * (wave_x))
 
-/* f_dd from its factors; shadow = S_i S_r / (mu_i mu_r) / (1 + W). In 1/sr, >= 0. */
-static inline vreal hetab_dd(vreal cos2_d, vreal fresnel, vreal amplitude, vreal shadow, vreal h) {
-  return fresnel * (cos2_d * cos2_d) * (amplitude * shadow) * h;
+/* f_dd from its factors, 1/sr, >= 0. amplitude: the wave's times S_i S_r / (mu_i mu_r) / (1 + W).
+ */
+static inline vreal hetab_dd(vreal cos2_d, vreal fresnel, vreal amplitude, vreal h) {
+  return fresnel * (cos2_d * cos2_d) * amplitude * h;
 }
 
 #endif

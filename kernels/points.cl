@@ -19,7 +19,7 @@ __kernel void hetab_k_points(__global const real *points, int stride, __global r
   vreal g = wave_g * mu2 * ratio2;
   vreal x = wave_x * lateral2;
   vreal cos2_d = fmin(RC(0.25) * (mu2 + lateral2), (vreal)RC(1.0));
-  vreal dd = hetab_dd(cos2_d, hetab_fresnel(cos2_d, n, k), amplitude, shadow, hetab_h(g, x));
+  vreal dd = hetab_dd(cos2_d, hetab_fresnel(cos2_d, n, k), amplitude * shadow, hetab_h(g, x));
   vreal mu_i2 = mu_i * mu_i;
   vreal g_specular = wave_g * RC(4.0) * mu_i2 * specular_ratio2;
   vreal specular = hetab_fresnel(mu_i2, n, k) * specular_shadow * hetab_exp(-g_specular);

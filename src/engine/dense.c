@@ -5,12 +5,15 @@
 #include <string.h>
 
 #include "kernels/tables.h"
+#include "model/fresnel_fit.h"
 
 enum { PAD = 16 /* the widest vector */ };
 static const size_t SLAB_BYTES = 32u << 20, SLAB_ROWS = 1u << 19;
 /* Below this fraction of the largest g only rows within a degree of grazing on both sides are left:
  * they take the series instead of the atlas. */
 static const double G_RANGE = 1e-7;
+/* Of the tolerance, what the fit of Fresnel's equations may take. */
+static const double FRESNEL_SHARE = 0.02;
 /* Entries below this may be stored as 0, 1/sr: half of the absolute error that is allowed there. */
 static const double ZERO_BELOW = 5e-15;
 
@@ -50,6 +53,7 @@ void hetab_wave_row(const hetab_engine *engine, const hetab_surface *surface,
   hetab_two_reals(engine, wave.g, row);
   hetab_two_reals(engine, wave.x, row + 2);
   memcpy(row + 4, values, sizeof values);
+  row[11] = hetab_fresnel_fit(wave.n, wave.k, FRESNEL_SHARE * engine->tolerance, row + 12);
 }
 
 static void pair_row(const hetab_engine *engine, const hetab_pair *pair, double *row) {
@@ -114,6 +118,10 @@ hetab_status hetab_dense_create(hetab_context *ctx, const hetab_engine *engine,
   if (!dense->theta_i || !dense->theta_r || !dense->one_plus_cos || !dense->waves)
     status = HETAB_ERR_MEMORY;
   dense->rows_i = slab_rows(engine, dense);
+  dense->is_reciprocal =
+      dense->count[HETAB_THETA_I] == dense->count[HETAB_THETA_R] &&
+      memcmp(hetab_grid_deg(grid, HETAB_THETA_I), hetab_grid_deg(grid, HETAB_THETA_R),
+             dense->count[HETAB_THETA_I] * sizeof(double)) == 0;
   if (status == HETAB_OK && engine->method == HETAB_METHOD_ROWS)
     status = hetab_engine_atlas(ctx, engine, dense->waves, dense->wavelength_count,
                                 tau_2sigma(surface), &dense->atlas);
@@ -171,8 +179,8 @@ hetab_status hetab_dense_lane_create(hetab_context *ctx, const hetab_engine *eng
 }
 
 void hetab_dense_lane_clear(hetab_dense_lane *l) {
-  cl_mem *const buffers[] = {&l->waves,    &l->one_plus_cos, &l->panels,
-                             &l->segments, &l->coefficients, &l->pairs};
+  cl_mem *const buffers[] = {&l->waves,        &l->one_plus_cos, &l->panels, &l->segments,
+                             &l->coefficients, &l->pairs,        &l->rows};
   for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
     hetab_release(*buffers[i]);
   if (l->kernel)
@@ -180,63 +188,103 @@ void hetab_dense_lane_clear(hetab_dense_lane *l) {
   *l = (hetab_dense_lane){0};
 }
 
-/* The pairs of some theta_i rows; kept while the same rows are asked for again, as they are for
- * every wavelength. */
-static hetab_status load_pairs(hetab_context *ctx, const hetab_engine *engine,
-                               const hetab_dense *dense, hetab_dense_lane *l, size_t first,
-                               size_t count) {
+static hetab_status upload_pairs(hetab_context *ctx, const hetab_engine *engine,
+                                 const hetab_dense *dense, hetab_dense_lane *l) {
   size_t per_row = dense->count[HETAB_THETA_R];
-  if (l->pairs && l->pairs_first == first && l->pairs_count == count)
-    return HETAB_OK;
-  hetab_release(l->pairs);
-  l->pairs = NULL;
-  double *reals = hetab_alloc(ctx, count * per_row, HETAB_PAIR_REALS * sizeof *reals);
+  double *reals = hetab_alloc(ctx, l->count * per_row, HETAB_PAIR_REALS * sizeof *reals);
   if (!reals)
     return HETAB_ERR_MEMORY;
-  for (size_t i = 0; i < count; i++)
+  for (size_t i = 0; i < l->count; i++)
     for (size_t r = 0; r < per_row; r++) {
-      hetab_pair pair = hetab_pair_of(&dense->theta_i[first + i], &dense->theta_r[r]);
+      hetab_pair pair = hetab_pair_of(&dense->theta_i[l->first + i], &dense->theta_r[r]);
       pair_row(engine, &pair, reals + (i * per_row + r) * HETAB_PAIR_REALS);
     }
-  hetab_status status =
-      hetab_lane_upload(ctx, engine, l->lane, reals, count * per_row * HETAB_PAIR_REALS, &l->pairs);
+  hetab_status status = hetab_lane_upload(ctx, engine, l->lane, reals,
+                                          l->count * per_row * HETAB_PAIR_REALS, &l->pairs);
   free(reals);
-  l->pairs_first = first;
-  l->pairs_count = count;
   return status;
 }
 
-static void set_inputs(hetab_args *args, const hetab_dense_lane *l, size_t wavelength) {
+/* The rows to compute: all, less those whose mirror image in the same slab comes first. */
+static hetab_status upload_rows(hetab_context *ctx, const hetab_dense *dense, hetab_dense_lane *l) {
+  size_t per_row = dense->count[HETAB_THETA_R];
+  cl_int(*rows)[2] = hetab_alloc(ctx, l->count * per_row, sizeof *rows);
+  if (!rows)
+    return HETAB_ERR_MEMORY;
+  l->row_count = 0;
+  for (size_t i = 0; i < l->count; i++)
+    for (size_t r = 0; r < per_row; r++) {
+      int in_slab = dense->is_reciprocal && r >= l->first && r < l->first + l->count;
+      if (in_slab && r < l->first + i)
+        continue;
+      rows[l->row_count][0] = (cl_int)(i * per_row + r);
+      rows[l->row_count++][1] = in_slab ? (cl_int)((r - l->first) * per_row + l->first + i) : -1;
+    }
+  hetab_status status =
+      hetab_lane_upload_bytes(ctx, l->lane, rows, l->row_count * sizeof *rows, &l->rows);
+  free(rows);
+  return status;
+}
+
+/* What some theta_i rows need; kept while the same rows are asked for again, as they are for every
+ * wavelength. */
+static hetab_status load_rows(hetab_context *ctx, const hetab_engine *engine,
+                              const hetab_dense *dense, hetab_dense_lane *l, size_t first,
+                              size_t count) {
+  if (l->rows && l->first == first && l->count == count)
+    return HETAB_OK;
+  hetab_release(l->pairs);
+  hetab_release(l->rows);
+  l->pairs = l->rows = NULL;
+  l->first = first;
+  l->count = count;
+  HETAB_TRY(upload_pairs(ctx, engine, dense, l));
+  return upload_rows(ctx, dense, l);
+}
+
+static void set_inputs(hetab_args *args, const hetab_dense *dense, const hetab_dense_lane *l,
+                       size_t wavelength, cl_mem out) {
+  hetab_arg_mem(args, l->rows);
+  hetab_arg_int(args, l->row_count);
   hetab_arg_mem(args, l->waves);
   hetab_arg_int(args, wavelength);
   hetab_arg_mem(args, l->pairs);
-  hetab_arg_int(args, 0);
+  hetab_arg_mem(args, l->one_plus_cos);
+  hetab_arg_int(args, dense->count[HETAB_PHI]);
+  hetab_arg_mem(args, out);
+}
+
+static void set_atlas(hetab_args *args, const hetab_dense *dense, const hetab_dense_lane *l) {
+  hetab_arg_mem(args, l->panels);
+  hetab_arg_mem(args, l->segments);
+  hetab_arg_mem(args, l->coefficients);
+  hetab_arg_int(args, dense->atlas.panel_count);
+  hetab_arg_int(args, (size_t)dense->atlas.first_panel);
+}
+
+static hetab_status run_store(hetab_context *ctx, const hetab_engine *engine,
+                              const hetab_dense *dense, hetab_dense_lane *l, size_t count,
+                              cl_mem out) {
+  hetab_args args = {ctx, engine, l->lane, l->kernel, 0, HETAB_OK};
+  hetab_arg_int(&args, count * dense->count[HETAB_THETA_R]);
+  hetab_arg_int(&args, dense->count[HETAB_PHI]);
+  hetab_arg_mem(&args, out);
+  HETAB_TRY(args.status);
+  return hetab_lane_run_rows(ctx, l->lane, l->kernel, count * dense->count[HETAB_THETA_R]);
 }
 
 hetab_status hetab_dense_run(hetab_context *ctx, const hetab_engine *engine,
                              const hetab_dense *dense, hetab_dense_lane *l, size_t wavelength,
                              size_t first, size_t count, cl_mem out) {
-  size_t rows = count * dense->count[HETAB_THETA_R];
-  HETAB_TRY(load_pairs(ctx, engine, dense, l, first, count));
-  hetab_args args = {ctx, engine, l->lane, l->kernel, 0, HETAB_OK};
   if (l->which == HETAB_DENSE_STORE)
-    hetab_arg_real(&args, 1.0);
-  else
-    set_inputs(&args, l, wavelength);
-  hetab_arg_int(&args, rows);
-  if (l->which != HETAB_DENSE_STORE)
-    hetab_arg_mem(&args, l->one_plus_cos);
-  hetab_arg_int(&args, dense->count[HETAB_PHI]);
-  if (l->which == HETAB_DENSE_ROWS) {
-    hetab_arg_mem(&args, l->panels);
-    hetab_arg_mem(&args, l->segments);
-    hetab_arg_mem(&args, l->coefficients);
-    hetab_arg_int(&args, dense->atlas.panel_count);
-    hetab_arg_int(&args, (size_t)dense->atlas.first_panel);
-  }
-  hetab_arg_mem(&args, out);
+    return run_store(ctx, engine, dense, l, count, out);
+  HETAB_TRY(load_rows(ctx, engine, dense, l, first, count));
+  hetab_args args = {ctx, engine, l->lane, l->kernel, 0, HETAB_OK};
+  set_inputs(&args, dense, l, wavelength, out);
+  if (l->which == HETAB_DENSE_ROWS)
+    set_atlas(&args, dense, l);
   HETAB_TRY(args.status);
-  return hetab_lane_run_rows(ctx, l->lane, l->kernel, rows);
+  return hetab_lane_run_rows(ctx, l->lane, l->kernel, l->row_count);
 }
 
 double hetab_dense_literal(const hetab_dense *dense, size_t wavelength, size_t i, size_t r,

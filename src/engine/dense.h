@@ -23,7 +23,8 @@ typedef struct hetab_dense {
   size_t phi_padded;
   double *waves; /* [wavelength][HETAB_WAVE_REALS] */
   hetab_atlas atlas;
-  size_t rows_i; /* theta_i rows per slab */
+  size_t rows_i;     /* theta_i rows per slab */
+  int is_reciprocal; /* theta_i and theta_r are the same axis: half of the rows are mirror images */
 } hetab_dense;
 
 /* One device's side: its buffers and kernel. */
@@ -32,8 +33,8 @@ typedef struct hetab_dense_lane {
   cl_kernel kernel;
   hetab_dense_kernel which;
   cl_mem waves, one_plus_cos, panels, segments, coefficients;
-  cl_mem pairs; /* of the theta_i rows pairs_first .. */
-  size_t pairs_first, pairs_count;
+  cl_mem pairs, rows; /* of the theta_i rows first .. first + count */
+  size_t first, count, row_count;
 } hetab_dense_lane;
 
 hetab_status hetab_dense_create(hetab_context *ctx, const hetab_engine *engine,

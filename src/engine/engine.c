@@ -171,27 +171,31 @@ hetab_status hetab_lane_kernel(hetab_context *ctx, const hetab_engine *engine,
   return hetab_cl_check(ctx, error, "clCreateKernel", lane->device);
 }
 
-hetab_status hetab_lane_upload(hetab_context *ctx, const hetab_engine *engine,
-                               const hetab_lane *lane, const double *values, size_t count,
-                               cl_mem *out) {
+hetab_status hetab_lane_upload_bytes(hetab_context *ctx, const hetab_lane *lane, const void *bytes,
+                                     size_t size, cl_mem *out) {
   cl_int error = CL_SUCCESS;
-  float *narrow = NULL;
-  if (engine->precision == HETAB_FLOAT) {
-    narrow = hetab_alloc(ctx, count, sizeof *narrow);
-    if (!narrow)
-      return HETAB_ERR_MEMORY;
-    for (size_t i = 0; i < count; i++)
-      narrow[i] = (float)values[i];
-  }
-  const void *bytes = narrow ? (const void *)narrow : (const void *)values;
   union {
     const void *in;
     void *out; /* OpenCL takes the source of a copy without const */
   } source = {bytes};
-  *out = clCreateBuffer(lane->context, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR,
-                        count * hetab_real_size(engine), source.out, &error);
-  free(narrow);
+  *out = clCreateBuffer(lane->context, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, size, source.out,
+                        &error);
   return hetab_cl_check(ctx, error, "clCreateBuffer", lane->device);
+}
+
+hetab_status hetab_lane_upload(hetab_context *ctx, const hetab_engine *engine,
+                               const hetab_lane *lane, const double *values, size_t count,
+                               cl_mem *out) {
+  if (engine->precision == HETAB_DOUBLE)
+    return hetab_lane_upload_bytes(ctx, lane, values, count * sizeof *values, out);
+  float *narrow = hetab_alloc(ctx, count, sizeof *narrow);
+  if (!narrow)
+    return HETAB_ERR_MEMORY;
+  for (size_t i = 0; i < count; i++)
+    narrow[i] = (float)values[i];
+  hetab_status status = hetab_lane_upload_bytes(ctx, lane, narrow, count * sizeof *narrow, out);
+  free(narrow);
+  return status;
 }
 
 hetab_status hetab_lane_output(hetab_context *ctx, const hetab_engine *engine,

@@ -42,6 +42,9 @@ size_t hetab_real_size(const hetab_engine *engine); /* bytes of the engine's `re
 hetab_status hetab_lane_upload(hetab_context *ctx, const hetab_engine *engine,
                                const hetab_lane *lane, const double *values, size_t count,
                                cl_mem *out);
+/* A read-only buffer with a copy of some bytes. */
+hetab_status hetab_lane_upload_bytes(hetab_context *ctx, const hetab_lane *lane, const void *bytes,
+                                     size_t size, cl_mem *out);
 /* A buffer of count reals that the host maps to read: no copy where memory is shared. */
 hetab_status hetab_lane_output(hetab_context *ctx, const hetab_engine *engine,
                                const hetab_lane *lane, size_t count, cl_mem *out);

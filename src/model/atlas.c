@@ -6,8 +6,7 @@
 
 #include "kernels/tables.h"
 #include "model/model.h"
-
-enum { MOST_DEGREE = 32 };
+#include "model/polynomial.h"
 
 void hetab_atlas_degrees(double tolerance, int vector_width, hetab_atlas *atlas) {
   double digits = -log10(tolerance);
@@ -17,36 +16,6 @@ void hetab_atlas_degrees(double tolerance, int vector_width, hetab_atlas *atlas)
   atlas->degree_g = (int)ceil(log(120.0 / tolerance) / log(11.6));
   atlas->pad_x = (atlas->degree_x + vector_width - 1) / vector_width * vector_width;
   atlas->pad_g = (atlas->degree_g + vector_width - 1) / vector_width * vector_width;
-}
-
-/* Chebyshev coefficients of the count values at cos(pi (k + 1/2) / count). */
-static void chebyshev(const double *values, int count, double *coefficients) {
-  for (int j = 0; j < count; j++) {
-    double sum = 0;
-    for (int k = 0; k < count; k++)
-      sum += values[k] * cos(M_PI * j * (k + 0.5) / count);
-    coefficients[j] = sum * (j ? 2.0 : 1.0) / count;
-  }
-}
-
-/* The same polynomial in powers of t, in place: sums of T_j by their recurrence. */
-static void to_powers(double *c, int count) {
-  double previous[MOST_DEGREE] = {1}, current[MOST_DEGREE] = {0, 1}, next[MOST_DEGREE];
-  double powers[MOST_DEGREE] = {0};
-  powers[0] = c[0];
-  for (int j = 1; j < count; j++) {
-    for (int i = 0; i <= j; i++)
-      powers[i] += c[j] * current[i];
-    for (int i = 0; i < count; i++)
-      next[i] = (i ? 2.0 * current[i - 1] : 0.0) - previous[i];
-    memcpy(previous, current, sizeof previous);
-    memcpy(current, next, sizeof(double) * (size_t)count);
-  }
-  memcpy(c, powers, sizeof(double) * (size_t)count);
-}
-
-static double node(int k, int count) {
-  return cos(M_PI * (k + 0.5) / count);
 }
 
 /* Where ln h(g, x) has fallen to ln_h_end. */
@@ -66,11 +35,11 @@ static double end_of_x(double g, double ln_h_end) {
 
 /* Do degree_x coefficients reach the tolerance on [a, b] at this g? Judged by the last three. */
 static int converges(const hetab_atlas *atlas, double g, double a, double b, double tolerance) {
-  double values[MOST_DEGREE], c[MOST_DEGREE];
+  double values[HETAB_MOST_DEGREE], c[HETAB_MOST_DEGREE];
   int count = atlas->degree_x;
   for (int k = 0; k < count; k++)
-    values[k] = hetab_ln_h(g, 0.5 * (a + b) + 0.5 * (b - a) * node(k, count));
-  chebyshev(values, count, c);
+    values[k] = hetab_ln_h(g, 0.5 * (a + b) + 0.5 * (b - a) * hetab_node(k, count));
+  hetab_chebyshev(values, count, c);
   return fabs(c[count - 1]) + fabs(c[count - 2]) + fabs(c[count - 3]) < tolerance;
 }
 
@@ -78,20 +47,20 @@ static int converges(const hetab_atlas *atlas, double g, double a, double b, dou
 static void fit_segment(const hetab_atlas *atlas, double g_centre, double g_half, double a,
                         double b, double *table) {
   int nx = atlas->degree_x, ng = atlas->degree_g;
-  double values[MOST_DEGREE], c[MOST_DEGREE][MOST_DEGREE];
+  double values[HETAB_MOST_DEGREE], c[HETAB_MOST_DEGREE][HETAB_MOST_DEGREE];
   for (int k = 0; k < ng; k++) {
     for (int j = 0; j < nx; j++)
-      values[j] =
-          hetab_ln_h(g_centre + g_half * node(k, ng), 0.5 * (a + b) + 0.5 * (b - a) * node(j, nx));
-    chebyshev(values, nx, c[k]);
-    to_powers(c[k], nx);
+      values[j] = hetab_ln_h(g_centre + g_half * hetab_node(k, ng),
+                             0.5 * (a + b) + 0.5 * (b - a) * hetab_node(j, nx));
+    hetab_chebyshev(values, nx, c[k]);
+    hetab_to_powers(c[k], nx);
   }
   for (int j = 0; j < nx; j++) {
-    double column[MOST_DEGREE];
+    double column[HETAB_MOST_DEGREE];
     for (int k = 0; k < ng; k++)
       values[k] = c[k][j];
-    chebyshev(values, ng, column);
-    to_powers(column, ng);
+    hetab_chebyshev(values, ng, column);
+    hetab_to_powers(column, ng);
     for (int k = 0; k < ng; k++)
       table[k * atlas->pad_x + j] = column[k];
   }

@@ -1,0 +1,46 @@
+#include "model/fresnel_fit.h"
+
+#include <complex.h>
+#include <math.h>
+
+#include "kernels/tables.h"
+#include "model/model.h"
+#include "model/polynomial.h"
+
+static double horner(const double *c, double v) {
+  double sum = 0.0;
+  for (int i = HETAB_FRESNEL_FIT - 1; i >= 0; i--)
+    sum = sum * v + c[i];
+  return sum;
+}
+
+/* The reflectance as the kernel makes it of the fit. */
+static double fitted(const double *fit, double cos2) {
+  double v = 2.0 * cos2 - 1.0, sin2 = 1.0 - cos2;
+  double m = horner(fit + HETAB_FRESNEL_FIT, v), t = 2.0 * horner(fit, v) * sqrt(cos2);
+  double u = m * cos2 + sin2 * sin2;
+  return (cos2 + m - t) * u / ((cos2 + m + t) * (u + t * sin2));
+}
+
+int hetab_fresnel_fit(double n, double k, double tolerance, double *fit) {
+  enum { CHECKS = 64 };
+  double a[HETAB_FRESNEL_FIT], m[HETAB_FRESNEL_FIT];
+  for (int i = 0; i < HETAB_FRESNEL_FIT; i++) {
+    double cos2 = 0.5 * (1.0 + hetab_node(i, HETAB_FRESNEL_FIT));
+    double re = n * n - k * k - (1.0 - cos2), im = 2.0 * n * k;
+    double complex root = csqrt(CMPLX(re, im));
+    a[i] = creal(root);
+    m[i] = hypot(re, im);
+  }
+  hetab_chebyshev(a, HETAB_FRESNEL_FIT, fit);
+  hetab_chebyshev(m, HETAB_FRESNEL_FIT, fit + HETAB_FRESNEL_FIT);
+  hetab_to_powers(fit, HETAB_FRESNEL_FIT);
+  hetab_to_powers(fit + HETAB_FRESNEL_FIT, HETAB_FRESNEL_FIT);
+  for (int i = 0; i <= CHECKS; i++) {
+    double cos2 = (double)i / CHECKS, exact = hetab_fresnel_at(cos2, n, k);
+    if (!(fabs(fitted(fit, cos2) - exact) <= tolerance * exact))
+      return 0;
+  }
+  /* cos^2 + m - t must not cancel in float either: near-unit indices are left to the other form */
+  return hypot(n * n - k * k - 1.0, 2.0 * n * k) > 2.0;
+}
