@@ -124,10 +124,17 @@ static hetab_status open_inputs(tabulate_job *job) {
   return status;
 }
 
+/* Float by default, double where the tolerance asks for more than float arithmetic has. */
+static hetab_precision choose_precision(const tabulate_request *r) {
+  if (r->precision >= 0)
+    return (hetab_precision)r->precision;
+  return r->tolerance > 0 && r->tolerance < 1e-5 ? HETAB_DOUBLE : HETAB_FLOAT;
+}
+
 static hetab_status open_engine(tabulate_job *job) {
   const tabulate_request *r = job->request;
   hetab_engine_options options = {.devices = r->device,
-                                  .precision = (hetab_precision)r->precision,
+                                  .precision = choose_precision(r),
                                   .method = (hetab_method)r->method,
                                   .tolerance = r->tolerance};
   return hetab_engine_create(job->ctx, &options, &job->engine);
@@ -330,8 +337,9 @@ static int parse(const cli_command *self, int argc, char **argv, tabulate_reques
        &r->axes[HETAB_PHI], 0, 0},
       {CLI_TEXT, "wavelengths", 0, "SPEC",
        "wavelengths in nm: start:stop:step or a list (the surface's own)", &r->wavelengths, 0, 0},
-      {CLI_CHOICE, "precision", 0, "float|double", "arithmetic on the device (float)",
-       &r->precision, 0, 0},
+      {CLI_CHOICE, "precision", 0, "float|double",
+       "arithmetic on the device (float; double for a --tolerance below 1e-5)", &r->precision, 0,
+       0},
       {CLI_CHOICE, "element", 0, "float|double", "numbers in the HDF5 file (as --precision)",
        &r->element, 0, 0},
       {CLI_COUNT, "compress", 0, "LEVEL", "deflate level of the HDF5 file, 0 to 9 (0: none)",
@@ -341,8 +349,8 @@ static int parse(const cli_command *self, int argc, char **argv, tabulate_reques
        "equations in double on one core (rows)",
        &r->method, 0, 0},
       {CLI_NUMBER, "tolerance", 0, "E",
-       "relative error that rows aims for (1e-5 in float, 1e-9 in double)", &r->tolerance, 1e-15,
-       0.1},
+       "largest relative error that rows may make (1e-5 in float, 1e-9 in double)", &r->tolerance,
+       1e-15, 0.1},
       {CLI_TEXT, "device", 0, "SEL",
        "number, numbers (0,1) or part of the name of a device, or all; see 'hetab devices'",
        &r->device, 0, 0},
@@ -377,7 +385,7 @@ static int parse(const cli_command *self, int argc, char **argv, tabulate_reques
 }
 
 static int run(const cli_command *self, int argc, char **argv) {
-  tabulate_request request = {.element = -1, .samples = 2000, .seed = 1};
+  tabulate_request request = {.precision = -1, .element = -1, .samples = 2000, .seed = 1};
   int status = parse(self, argc, argv, &request);
   if (status < 0)
     status = run_job(self, &request);

@@ -19,7 +19,7 @@ typedef struct tabulate_request {
   const char *surface;
   cli_list files;
   const char *axes[HETAB_AXIS_COUNT], *wavelengths, *device, *bands;
-  int precision, method, element, sampling, colour; /* element -1: as precision */
+  int precision, method, element, sampling, colour; /* -1: chosen; element: as precision */
   double tolerance, cone_deg;
   size_t samples, seed, compression;
   int force, quiet, json;

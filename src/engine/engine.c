@@ -8,6 +8,9 @@
 #include "cl/device.h"
 #include "cl/program.h"
 
+/* The defaults; in float also the least: the exponent's rounding costs up to 7e-6. */
+static const double FLOAT_TOLERANCE = 1e-5, DOUBLE_TOLERANCE = 1e-9;
+
 const char *hetab_method_name(hetab_method method) {
   static const char *const names[] = {"rows", "series", "literal"};
   return (size_t)method < 3 ? names[method] : "unknown";
@@ -119,6 +122,11 @@ hetab_status hetab_engine_create(hetab_context *ctx, const hetab_engine_options 
     return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
                       "tolerance %g: give a relative error between 0 and 1, for example 1e-5",
                       o->tolerance);
+  if (o->method == HETAB_METHOD_ROWS && o->precision == HETAB_FLOAT && o->tolerance > 0.0 &&
+      o->tolerance < FLOAT_TOLERANCE)
+    return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
+                      "tolerance %g is below what float arithmetic reaches (%g); use double",
+                      o->tolerance, FLOAT_TOLERANCE);
   hetab_engine *engine = hetab_alloc(ctx, 1, sizeof *engine);
   if (!engine)
     return HETAB_ERR_MEMORY;
