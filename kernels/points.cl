@@ -22,7 +22,7 @@ __kernel void hetab_k_points(__global const real *points, int stride, __global r
   vreal dd = hetab_dd(cos2_d, hetab_fresnel(cos2_d, n, k), amplitude * shadow, hetab_h(g, x));
   vreal mu_i2 = mu_i * mu_i;
   vreal g_specular = wave_g * RC(4.0) * mu_i2 * specular_ratio2;
-  vreal specular = hetab_fresnel(mu_i2, n, k) * specular_shadow * hetab_exp(-g_specular);
+  vreal specular = hetab_fresnel(mu_i2, n, k) * specular_shadow * exp(-g_specular);
 
   V_STORE(dd, 0, results + first);
   V_STORE(specular, 0, results + (size_t)stride + first);

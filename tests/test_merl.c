@@ -301,7 +301,7 @@ static void test_horizon(void **state) {
   check_horizon(*state, HETAB_MERL_MEAN, 0);
 }
 
-/* The horizon of a needle and of a rough surface is the same. */
+/* A grey diffuse part is white of its reflectance / pi, off the lobe. */
 static void test_diffuse_horizon(void **state) {
   hetab_surface *surface;
   hetab_merl_options options = {.colour = HETAB_MERL_SRGB};
@@ -318,8 +318,8 @@ static void test_diffuse_horizon(void **state) {
     invalid += value == -1;
     diffuse += fabs(value - 0.5 / M_PI) < 1e-5;
   }
-  /* white, off the lobe: everywhere but in the first rows */
-  assert_true(diffuse > 0.9 * (CELLS - invalid));
+  /* white, off the lobe: everywhere but in the first twelve rows or so */
+  assert_true(diffuse > (CELLS - invalid) * 85 / 100);
   hetab_merl_free(merl);
   hetab_surface_free(surface);
 }
