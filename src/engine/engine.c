@@ -132,9 +132,8 @@ hetab_status hetab_engine_create(hetab_context *ctx, const hetab_engine_options 
     return HETAB_ERR_MEMORY;
   engine->precision = o->method == HETAB_METHOD_LITERAL ? HETAB_DOUBLE : o->precision;
   engine->method = o->method;
-  engine->tolerance = o->tolerance > 0.0                  ? o->tolerance
-                      : engine->precision == HETAB_DOUBLE ? 1e-9
-                                                          : 1e-5;
+  double usual = engine->precision == HETAB_DOUBLE ? DOUBLE_TOLERANCE : FLOAT_TOLERANCE;
+  engine->tolerance = o->tolerance > 0.0 ? o->tolerance : usual;
   hetab_status status = HETAB_OK;
   if (o->method == HETAB_METHOD_LITERAL)
     snprintf(engine->device_text, sizeof engine->device_text, "host, 1 core");
