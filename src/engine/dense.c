@@ -9,9 +9,9 @@
 
 enum { PAD = 16 /* the widest vector */ };
 static const size_t SLAB_BYTES = 32u << 20, SLAB_ROWS = 1u << 19;
-/* Below this fraction of the largest g only rows within a degree of grazing on both sides are left:
- * they take the series instead of the atlas. */
-static const double G_RANGE = 1e-7;
+/* Below this fraction of the largest g only rows within a quarter of a degree of grazing on both
+ * sides are left: they take the series instead of the atlas. */
+static const double G_RANGE = 1e-5;
 /* Of the tolerance, what the fit of Fresnel's equations may take. */
 static const double FRESNEL_SHARE = 0.02;
 /* Entries below this may be stored as 0, 1/sr: half of the absolute error that is allowed there. */

@@ -194,6 +194,10 @@ const char *hetab_atomic_path(const hetab_atomic_file *file) {
   return file->path;
 }
 
+void hetab_atomic_start_sync(const hetab_atomic_file *file) {
+  sync_file_range(file->fd, 0, 0, SYNC_FILE_RANGE_WRITE);
+}
+
 hetab_status hetab_atomic_fail(hetab_context *ctx, const hetab_atomic_file *file, int error) {
   int full = error == ENOSPC || error == EDQUOT;
   errno = error;

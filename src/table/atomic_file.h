@@ -34,6 +34,10 @@ hetab_status hetab_atomic_write(hetab_context *ctx, hetab_atomic_file *file, con
 hetab_status hetab_atomic_reserve(hetab_context *ctx, hetab_atomic_file *file,
                                   unsigned long long bytes);
 
+/* Asks the system to begin putting on the disk what has been written so far, without waiting: the
+ * sync at the end is then short. */
+void hetab_atomic_start_sync(const hetab_atomic_file *file);
+
 /* HETAB_ERR_IO naming the file, for a write that failed with the errno value `error`. */
 hetab_status hetab_atomic_fail(hetab_context *ctx, const hetab_atomic_file *file, int error);
 

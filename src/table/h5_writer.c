@@ -384,6 +384,7 @@ hetab_status hetab_h5_write_slab(hetab_context *ctx, void *user, const hetab_sla
   hetab_h5_errors_end(&errors);
   HETAB_TRY(outcome(ctx, writer, result, &errors));
   mark_written(writer, slab);
+  hetab_atomic_start_sync(writer->file);
   return HETAB_OK;
 }
 
