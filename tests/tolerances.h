@@ -112,7 +112,8 @@
 #define TOL_CONE_ENERGY 0.05
 
 /* --- Colour --- */
-/* measured 2.3e-4; 4 digits are given, and white is (1, 1, 1) to 2e-4 at best */
+/* measured 2.3e-4; Al.b and Au.r; the expected values have 4 digits, where the rest comes from is
+ * not traced */
 #define TOL_COLOUR 5e-4
 /* measured 2.3e-4 */
 #define TOL_COLOUR_FINE 5e-4
