@@ -54,8 +54,9 @@ static inline vreal hetab_row_lateral2(const hetab_row *row, vreal one_plus_cos)
 /* dd + ud of one vector of entries, given its h. */
 static inline vreal hetab_row_value(const hetab_row *row, vreal lateral2, vreal h) {
   vreal cos2_d = fmin(RC(0.25) * (row->mu2 + lateral2), (vreal)RC(1.0));
-  vreal fresnel = row->wave.fitted ? hetab_fresnel_fitted(cos2_d, row->wave.fresnel_fit)
-                                   : hetab_fresnel(cos2_d, (vreal)row->wave.n, (vreal)row->wave.k);
+  vreal fresnel = row->wave.fitted
+                      ? hetab_fresnel_fitted(cos2_d, row->wave.fresnel_fit)
+                      : hetab_fresnel(cos2_d, (vreal)row->wave.e1, (vreal)row->wave.nk);
   return hetab_dd(cos2_d, fresnel, (vreal)row->amplitude, h) + row->wave.diffuse_brdf;
 }
 

@@ -82,7 +82,7 @@ static inline void hetab_cells_spectrum(hetab_cells *cells, __global const real 
   real g_below = hetab_panel_start(atlas, 0);
   for (int w = 0; w < wavelength_count; w++) {
     hetab_wave wave = hetab_wave_load(waves, w);
-    real fresnel = V_FIRST(hetab_fresnel((vreal)cos2_d, (vreal)wave.n, (vreal)wave.k));
+    real fresnel = V_FIRST(hetab_fresnel((vreal)cos2_d, (vreal)wave.e1, (vreal)wave.nk));
     real factor =
         V_FIRST(hetab_dd((vreal)cos2_d, (vreal)fresnel, (vreal)wave.amplitude, (vreal)RC(1.0)));
     real g_row = wave.g.hi * mu2;

@@ -10,7 +10,7 @@
 
 /* In: ln kappa, any (below -80 counts as -80: W = 2e-35). Out: W > 0.
  * Newton's iteration on the concave w + ln w = ln kappa: the first step lands left of the root,
- * the others climb to it. Error: relative <= 1e-6 float, <= 4e-15 double (tests/test_kernels.c). */
+ * the others climb to it. Error: relative <= 1e-6 float, <= 1e-14 double (tests/test_kernels.c). */
 static inline vreal hetab_lambert_w(vreal ln_kappa) {
   vreal l = fmax(ln_kappa, (vreal)RC(-80.0));
   vreal w = l > (vreal)RC(20.0) ? l : log1p(exp(fmin(l, (vreal)RC(20.0))));

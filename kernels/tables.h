@@ -6,8 +6,9 @@
 #ifndef HETAB_TABLES_H
 #define HETAB_TABLES_H
 
-/* One wavelength: g (two) and x (two) of the wave, its amplitude, n, k, diffuse BRDF, three channel
- * weights, 1 if Fresnel is fitted, and the fit: coefficients of a, then of m (kernels/fresnel.h).
+/* One wavelength: g (two) and x (two) of the wave, its amplitude, e1, nk (kernels/fresnel.h),
+ * diffuse BRDF, three channel weights, 1 if Fresnel is fitted, and the fit: coefficients of a, then
+ * of m (kernels/fresnel.h).
  */
 #define HETAB_FRESNEL_FIT 6
 #define HETAB_WAVE_WEIGHTS 8 /* where the weights start */
@@ -15,7 +16,7 @@
 /* One (theta_i, theta_r): mu2 ratio2 (two), d2 (two), p, mu2, shadow; src/model/model.h says what
  * they are. */
 #define HETAB_PAIR_REALS 7
-/* One point: wave g, x, amplitude; n, k; mu2, lateral2, shadow, ratio2; mu_i, specular shadow
+/* One point: wave g, x, amplitude; e1, nk; mu2, lateral2, shadow, ratio2; mu_i, specular shadow
  * S_i^2, specular ratio2. */
 #define HETAB_POINT_REALS 12
 /* One result: dd, specular, g, x. */
@@ -44,7 +45,7 @@ static inline real hetab_product_less(hetab_two a, hetab_two b, real c) {
 typedef struct hetab_wave {
   hetab_two g, x;
   real amplitude;
-  real n, k;
+  real e1, nk;
   real diffuse_brdf;
   real weight[HETAB_CHANNELS];
   int fitted; /* Fresnel by fresnel_fit */

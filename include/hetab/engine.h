@@ -36,8 +36,9 @@ typedef struct hetab_engine_options {
   const char *devices;       /* "0", "0,1", part of a name, "all"; NULL: the first device */
   hetab_precision precision; /* of the arithmetic on the device */
   hetab_method method;
-  double tolerance; /* relative error the rows method keeps; 0: 1e-5 float (the least there), 1e-9
-                       double */
+  /* Relative error that the rows method keeps; 0: 1e-5 float, 1e-9 double. At least 1e-5 in float,
+   * 1e-11 in double. */
+  double tolerance;
 } hetab_engine_options;
 
 typedef struct hetab_engine hetab_engine;

@@ -20,10 +20,12 @@ static const char *source_of(const char *name) {
 /* FNV-1a, 128 bits: wide enough to name files by. */
 typedef unsigned __int128 hash128;
 
+#define HASH_PRIME (((hash128)1 << 88) + 0x13b)
+#define HASH_START (((hash128)0x6c62272e07bb0142 << 64) | 0x62b821756295c58d)
+
 static hash128 hash_text(hash128 hash, const char *text) {
-  const hash128 prime = ((hash128)1 << 88) + 0x13b;
   for (const unsigned char *c = (const unsigned char *)text;; c++) {
-    hash = (hash ^ *c) * prime;
+    hash = (hash ^ *c) * HASH_PRIME;
     if (!*c)
       return hash;
   }
@@ -33,8 +35,7 @@ static hash128 cache_key(cl_device_id device, const char *source, const char *op
   static const cl_device_info facts[] = {CL_DEVICE_NAME, CL_DEVICE_VERSION, CL_DRIVER_VERSION,
                                          CL_DEVICE_VENDOR};
   char text[256];
-  hash128 hash = ((hash128)0x6c62272e07bb0142 << 64) | 0x62b821756295c58d;
-  hash = hash_text(hash_text(hash, source), options);
+  hash128 hash = hash_text(hash_text(HASH_START, source), options);
   for (size_t i = 0; i < sizeof facts / sizeof *facts; i++) {
     hetab_cl_device_text(device, facts[i], text, sizeof text);
     hash = hash_text(hash, text);
@@ -71,6 +72,26 @@ static int cache_path(cl_device_id device, const char *source, const char *optio
   return written > 0 && (size_t)written < size;
 }
 
+/* What stands before a cached binary. OpenCL implementations trust what they are given, and read
+ * past the end of a truncated one. */
+typedef struct cache_header {
+  char magic[8];
+  unsigned long long size;
+  hash128 hash;
+} cache_header;
+
+static hash128 hash_bytes(const unsigned char *bytes, size_t size) {
+  hash128 hash = HASH_START;
+  for (size_t i = 0; i < size; i++)
+    hash = (hash ^ bytes[i]) * HASH_PRIME;
+  return hash;
+}
+
+static cache_header header_of(const unsigned char *bytes, size_t size) {
+  cache_header header = {.magic = "hetabcl", .size = size, .hash = hash_bytes(bytes, size)};
+  return header;
+}
+
 static unsigned char *read_file(const char *path, size_t *size) {
   unsigned char *bytes = NULL;
   struct stat info;
@@ -89,14 +110,26 @@ static unsigned char *read_file(const char *path, size_t *size) {
   return bytes;
 }
 
+static int is_whole(const unsigned char *bytes, size_t size) {
+  cache_header header;
+  if (size < sizeof header)
+    return 0;
+  memcpy(&header, bytes, sizeof header);
+  cache_header expected = header_of(bytes + sizeof header, size - sizeof header);
+  return memcmp(&header, &expected, sizeof header) == 0;
+}
+
 static cl_program load_cached(cl_context context, cl_device_id device, const char *path,
                               const char *options) {
   size_t size = 0;
   cl_int error = CL_SUCCESS, binary_status = CL_SUCCESS;
   unsigned char *bytes = read_file(path, &size);
-  if (!bytes)
+  if (!bytes || !is_whole(bytes, size)) {
+    free(bytes);
     return NULL;
-  const unsigned char *binary = bytes;
+  }
+  const unsigned char *binary = bytes + sizeof(cache_header);
+  size -= sizeof(cache_header);
   cl_program program =
       clCreateProgramWithBinary(context, 1, &device, &size, &binary, &binary_status, &error);
   free(bytes);
@@ -122,7 +155,9 @@ static void store_cached(cl_program program, const char *path) {
   if (clGetProgramInfo(program, CL_PROGRAM_BINARIES, sizeof bytes, &bytes, NULL) == CL_SUCCESS) {
     FILE *file = fopen(temporary, "wb");
     if (file) {
-      int whole = fwrite(bytes, 1, size, file) == size;
+      cache_header header = header_of(bytes, size);
+      int whole = fwrite(&header, sizeof header, 1, file) == 1;
+      whole &= fwrite(bytes, 1, size, file) == size;
       whole &= fclose(file) == 0;
       if (!whole || rename(temporary, path) != 0)
         unlink(temporary);

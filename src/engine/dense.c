@@ -49,11 +49,11 @@ void hetab_wave_row(const hetab_engine *engine, const hetab_surface *surface,
                     const hetab_band *band, double *row) {
   hetab_wave wave =
       hetab_wave_of(hetab_surface_sigma0_um(surface), hetab_surface_tau_um(surface), band);
-  const double values[] = {wave.amplitude, wave.n, wave.k, wave.diffuse_brdf};
+  const double values[] = {wave.amplitude, wave.e1, wave.nk, wave.diffuse_brdf};
   hetab_two_reals(engine, wave.g, row);
   hetab_two_reals(engine, wave.x, row + 2);
   memcpy(row + 4, values, sizeof values);
-  row[11] = hetab_fresnel_fit(wave.n, wave.k, FRESNEL_SHARE * engine->tolerance, row + 12);
+  row[11] = hetab_fresnel_fit(band->n, band->k, FRESNEL_SHARE * engine->tolerance, row + 12);
 }
 
 static void pair_row(const hetab_engine *engine, const hetab_pair *pair, double *row) {

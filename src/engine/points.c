@@ -33,6 +33,12 @@ static hetab_status check_point(hetab_context *ctx, const hetab_point *p, size_t
   return HETAB_OK;
 }
 
+static hetab_status check_points(hetab_context *ctx, const hetab_point *points, size_t count) {
+  for (size_t i = 0; i < count; i++)
+    HETAB_TRY(check_point(ctx, &points[i], i));
+  return HETAB_OK;
+}
+
 /* Column c of point i is at columns[c * stride + i]; the order is kernels/tables.h's. */
 static void fill_columns(const hetab_point *p, size_t i, size_t stride, double *columns) {
   double tau_2sigma = p->tau_um / (2.0 * p->sigma0_um);
@@ -45,8 +51,8 @@ static void fill_columns(const hetab_point *p, size_t i, size_t stride, double *
   const double values[HETAB_POINT_REALS] = {wave.g,
                                             wave.x,
                                             wave.amplitude,
-                                            wave.n,
-                                            wave.k,
+                                            wave.e1,
+                                            wave.nk,
                                             pair.mu2,
                                             pair.d2 + pair.p * hetab_one_plus_cos(p->phi),
                                             pair.shadow,
@@ -127,8 +133,7 @@ static hetab_status run_batches(hetab_context *ctx, const hetab_engine *engine, 
 hetab_status hetab_evaluate(hetab_context *ctx, hetab_engine *engine, const hetab_point *points,
                             size_t count, hetab_value *values) {
   cl_kernel kernel;
-  for (size_t i = 0; i < count; i++)
-    HETAB_TRY(check_point(ctx, &points[i], i));
+  HETAB_TRY(check_points(ctx, points, count));
   if (engine->method == HETAB_METHOD_LITERAL)
     return hetab_evaluate_literal(ctx, points, count, values);
   HETAB_TRY(
@@ -140,9 +145,8 @@ hetab_status hetab_evaluate(hetab_context *ctx, hetab_engine *engine, const heta
 
 hetab_status hetab_evaluate_literal(hetab_context *ctx, const hetab_point *points, size_t count,
                                     hetab_value *values) {
-  for (size_t i = 0; i < count; i++) {
-    HETAB_TRY(check_point(ctx, &points[i], i));
+  HETAB_TRY(check_points(ctx, points, count));
+  for (size_t i = 0; i < count; i++)
     values[i] = hetab_literal(&points[i]);
-  }
   return HETAB_OK;
 }

@@ -98,7 +98,8 @@ static hetab_status add_segment(hetab_context *ctx, hetab_atlas *atlas, double g
  * g; lengths by trial, doubling and halving from the last one. */
 static hetab_status build_panel(hetab_context *ctx, hetab_atlas *atlas, double g_low, double g_high,
                                 double tolerance, double *panel) {
-  double end = end_of_x(g_high, atlas->ln_h_end), a = 0, length = end;
+  double end = fmax(end_of_x(g_low, atlas->ln_h_end), end_of_x(g_high, atlas->ln_h_end));
+  double a = 0, length = end;
   panel[0] = (double)atlas->segment_count;
   panel[2] = 0.5 * (g_low + g_high);
   panel[3] = 2.0 / (g_high - g_low);

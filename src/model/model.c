@@ -31,11 +31,16 @@ hetab_pair hetab_pair_of(const hetab_direction *i, const hetab_direction *r) {
   return pair;
 }
 
+/* n^2 - k^2 - 1 without cancellation near n = 1. */
+static double e1_of(double n, double k) {
+  return (n - 1.0) * (n + 1.0) - k * k;
+}
+
 hetab_wave hetab_wave_of(double sigma0_um, double tau_um, const hetab_band *band) {
   hetab_wave wave = {.g = HETAB_WAVE_G(sigma0_um, band->lambda_um),
                      .x = HETAB_WAVE_X(tau_um, band->lambda_um),
-                     .n = band->n,
-                     .k = band->k,
+                     .e1 = e1_of(band->n, band->k),
+                     .nk = band->n * band->k,
                      .diffuse_brdf = band->diffuse_brdf};
   wave.amplitude = HETAB_WAVE_AMPLITUDE(wave.g, wave.x);
   return wave;
@@ -44,12 +49,12 @@ hetab_wave hetab_wave_of(double sigma0_um, double tau_um, const hetab_band *band
 double hetab_specular(const hetab_direction *i, const hetab_wave *wave) {
   hetab_pair mirror = hetab_pair_of(i, i);
   double s = i->shadow_over_cos * i->mu;
-  return hetab_fresnel(i->mu * i->mu, wave->n, wave->k) *
+  return hetab_fresnel(i->mu * i->mu, wave->e1, wave->nk) *
          exp(-wave->g * mirror.mu2 * mirror.ratio2) * s * s;
 }
 
 double hetab_fresnel_at(double cos2, double n, double k) {
-  return hetab_fresnel(cos2, n, k);
+  return hetab_fresnel(cos2, e1_of(n, k), n * k);
 }
 
 double hetab_ln_h(double g, double x) {

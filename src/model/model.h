@@ -39,10 +39,10 @@ hetab_pair hetab_pair_of(const hetab_direction *i, const hetab_direction *r);
 
 /* What one wavelength contributes everywhere. */
 typedef struct hetab_wave {
-  double g;         /* (2 pi sigma0 / lambda)^2 */
-  double x;         /* (pi tau / lambda)^2 */
-  double amplitude; /* 16 pi^3 sigma0^2 tau^2 / lambda^4, 1/sr */
-  double n, k;
+  double g;            /* (2 pi sigma0 / lambda)^2 */
+  double x;            /* (pi tau / lambda)^2 */
+  double amplitude;    /* 16 pi^3 sigma0^2 tau^2 / lambda^4, 1/sr */
+  double e1, nk;       /* n^2 - k^2 - 1 and n k */
   double diffuse_brdf; /* 1/sr */
 } hetab_wave;
 

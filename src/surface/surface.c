@@ -73,8 +73,8 @@ static double diffuse_at(const hetab_surface *surface, double lambda_um) {
     above++;
   if (above == 0 || above == surface->count)
     return diffuse[above ? above - 1 : 0];
-  double part = (bands[above].lambda_um - lambda_um) /
-                (bands[above].lambda_um - bands[above - 1].lambda_um);
+  double part =
+      (bands[above].lambda_um - lambda_um) / (bands[above].lambda_um - bands[above - 1].lambda_um);
   return diffuse[above] + part * (diffuse[above - 1] - diffuse[above]);
 }
 
