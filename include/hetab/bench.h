@@ -10,12 +10,14 @@ extern "C" {
 #endif
 
 typedef struct hetab_bench_row {
-  const char *method;        /* "literal", "series", "rows", "store" */
+  const char *method;        /* "literal", "peak", "store", "rows", "series" */
   const char *precision;     /* "float", "double" */
   double tolerance;          /* rows only, else 0 */
   double entries_per_second; /* kernel time, median of the repeats */
   double ratio_to_literal, ratio_to_store;
-  hetab_error_stats error; /* against the literal reference; all 0 for literal and store */
+  double operations_per_entry; /* rows: vector operations of one entry, counted in the source */
+  double ratio_to_peak;        /* those per second, over the device's measured multiply-add rate */
+  hetab_error_stats error;     /* against the literal reference; all 0 for the baselines */
 } hetab_bench_row;
 
 typedef struct hetab_bench_options {
@@ -26,7 +28,9 @@ typedef struct hetab_bench_options {
 
 typedef void (*hetab_bench_fn)(void *user, const char *surface, const hetab_bench_row *row);
 
-/* Every method on the surface over the default grid; calls fn once per row as it is measured. */
+/* First the baselines: the literal loop; per precision the device's multiply-add rate ("peak",
+ * in operations, not entries) and the store-only kernel. Then every method on the surface over the
+ * default grid; calls fn once per row as it is measured. */
 hetab_status hetab_bench(hetab_context *ctx, const hetab_surface *surface,
                          const hetab_bench_options *options, hetab_bench_fn fn, void *user);
 

@@ -2,8 +2,10 @@
  * measured beside them in the same run. */
 #include <hetab/bench.h>
 
+#include <math.h>
 #include <stdlib.h>
 
+#include "cl/device.h"
 #include "engine/dense.h"
 #include "engine/sample.h"
 
@@ -15,6 +17,7 @@ typedef struct bench {
   const hetab_bench_options *options;
   hetab_grid *grid;
   double literal, store; /* entries per second */
+  double peak;           /* multiply-adds per second */
   hetab_bench_fn fn;
   void *user;
 } bench;
@@ -36,6 +39,8 @@ static size_t repeats(const bench *b) {
 static void emit(const bench *b, hetab_bench_row row) {
   row.ratio_to_literal = row.entries_per_second / b->literal;
   row.ratio_to_store = b->store > 0.0 ? row.entries_per_second / b->store : 0.0;
+  row.ratio_to_peak =
+      b->peak > 0.0 ? row.entries_per_second * row.operations_per_entry / b->peak : 0.0;
   b->fn(b->user, hetab_surface_name(b->surface), &row);
 }
 
@@ -102,6 +107,14 @@ done:
   return status;
 }
 
+/* Vector operations of one entry of the rows method, counted in kernels/dense.cl and what it calls:
+ * 47 (x, Fresnel fitted, exp, the product) and the atlas's polynomial; a mirror image is free. */
+static double rows_operations(const hetab_engine *engine) {
+  hetab_atlas atlas;
+  hetab_atlas_degrees(HETAB_ATLAS_SHARE * engine->tolerance, 1, &atlas);
+  return 0.5 * (47.0 + atlas.degree_x);
+}
+
 static hetab_status bench_method(bench *b, hetab_precision precision, hetab_method method,
                                  double tolerance) {
   hetab_engine_options options = {.devices = b->options ? b->options->devices : NULL,
@@ -122,20 +135,67 @@ static hetab_status bench_method(bench *b, hetab_precision precision, hetab_meth
                             .precision = hetab_precision_name(precision),
                             .tolerance = tolerance,
                             .entries_per_second = rate,
+                            .operations_per_entry =
+                                method == HETAB_METHOD_ROWS ? rows_operations(engine) : 0.0,
                             .error = report.error});
 done:
   hetab_engine_free(engine);
   return status;
 }
 
-static hetab_status time_store(bench *b, hetab_precision precision) {
+static hetab_status run_peak(hetab_context *ctx, const hetab_engine *engine, cl_kernel kernel,
+                             cl_mem out, size_t items, size_t rounds, double *seconds) {
+  const hetab_lane *lane = &engine->lanes[0];
+  hetab_args args = {ctx, engine, lane, kernel, 0, HETAB_OK};
+  hetab_arg_int(&args, rounds);
+  hetab_arg_real(&args, 0.5);
+  hetab_arg_mem(&args, out);
+  HETAB_TRY(args.status);
+  double start = hetab_seconds();
+  cl_int error = clEnqueueNDRangeKernel(lane->queue, kernel, 1, NULL, &items, NULL, 0, NULL, NULL);
+  HETAB_TRY(hetab_cl_check(ctx, error, "clEnqueueNDRangeKernel", lane->device));
+  HETAB_TRY(hetab_cl_check(ctx, clFinish(lane->queue), "clFinish", lane->device));
+  *seconds = hetab_seconds() - start;
+  return HETAB_OK;
+}
+
+/* The device's multiply-add rate: the best of the repeats, for it is a ceiling. */
+static hetab_status time_peak(bench *b, const hetab_engine *engine) {
+  enum { ITEMS = 4096, ROUNDS = 4096, CHAINS = 12 /* of kernels/peak.cl */ };
+  const hetab_lane *lane = &engine->lanes[0];
+  cl_kernel kernel = NULL;
+  cl_mem out = NULL;
+  hetab_status status;
+  double best = 0.0, seconds, width = lane->vector_width;
+  HETAB_GOTO(hetab_lane_kernel(b->ctx, engine, lane, NULL, "peak", "hetab_k_peak", &kernel));
+  HETAB_GOTO(hetab_lane_output(b->ctx, engine, lane, ITEMS * (size_t)lane->vector_width, &out));
+  for (size_t n = 0; n <= repeats(b); n++) {
+    HETAB_GOTO(run_peak(b->ctx, engine, kernel, out, ITEMS, ROUNDS, &seconds));
+    best = fmax(best, width * ITEMS * ROUNDS * CHAINS / seconds);
+  }
+  b->peak = best;
+done:
+  if (kernel)
+    clReleaseKernel(kernel);
+  hetab_release(out);
+  return status;
+}
+
+static hetab_status time_baselines(bench *b, hetab_precision precision) {
   hetab_engine_options options = {.devices = b->options ? b->options->devices : NULL,
                                   .precision = precision,
                                   .method = HETAB_METHOD_SERIES};
   hetab_engine *engine;
   HETAB_TRY(hetab_engine_create(b->ctx, &options, &engine));
-  hetab_status status = time_kernel(b, engine, HETAB_DENSE_STORE, &b->store);
+  hetab_status status = time_peak(b, engine);
+  if (status == HETAB_OK)
+    status = time_kernel(b, engine, HETAB_DENSE_STORE, &b->store);
   hetab_engine_free(engine);
+  if (status == HETAB_OK)
+    emit(b, (hetab_bench_row){.method = "peak",
+                              .precision = hetab_precision_name(precision),
+                              .entries_per_second = b->peak,
+                              .operations_per_entry = 1.0});
   if (status == HETAB_OK)
     emit(b, (hetab_bench_row){.method = "store",
                               .precision = hetab_precision_name(precision),
@@ -147,7 +207,7 @@ static hetab_status bench_precision(bench *b, hetab_precision precision) {
   static const double float_tolerances[] = {1e-2, 1e-3, 1e-4, 1e-5};
   static const double double_tolerances[] = {1e-6, 1e-8, 1e-9, 1e-10};
   const double *tolerances = precision == HETAB_FLOAT ? float_tolerances : double_tolerances;
-  HETAB_TRY(time_store(b, precision));
+  HETAB_TRY(time_baselines(b, precision));
   for (int t = 0; t < 4; t++)
     HETAB_TRY(bench_method(b, precision, HETAB_METHOD_ROWS, tolerances[t]));
   return bench_method(b, precision, HETAB_METHOD_SERIES, 0.0);

@@ -95,8 +95,7 @@ hetab_status hetab_engine_atlas(hetab_context *ctx, const hetab_engine *engine, 
     width = width > engine->lanes[i].vector_width ? width : engine->lanes[i].vector_width;
   /* S / mu is at most sqrt(pi) tau_2sigma, at grazing, or of order 1 on steep surfaces */
   double largest = amplitude * 2.0 * fmax(1.0, M_PI * tau_2sigma * tau_2sigma);
-  /* a fifth of the tolerance: the rest is for the arithmetic */
-  double tolerance = 0.2 * engine->tolerance;
+  double tolerance = HETAB_ATLAS_SHARE * engine->tolerance;
   hetab_atlas_degrees(tolerance, width, atlas);
   atlas->ln_h_end = fmin(log(ZERO_BELOW / largest), -1.0);
   return hetab_atlas_build(ctx, G_RANGE * g_max, g_max, tolerance, atlas);

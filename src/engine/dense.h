@@ -56,6 +56,9 @@ hetab_status hetab_dense_run(hetab_context *ctx, const hetab_engine *engine,
 double hetab_dense_literal(const hetab_dense *dense, size_t wavelength, size_t i, size_t r,
                            size_t p);
 
+/* Of the tolerance, what the atlas may take; the rest is for the arithmetic. */
+#define HETAB_ATLAS_SHARE 0.2
+
 /* The atlas for these waves at the engine's tolerance; it ends where no entry reaches 5e-15 / sr.
  */
 hetab_status hetab_engine_atlas(hetab_context *ctx, const hetab_engine *engine, const double *waves,
