@@ -57,11 +57,14 @@ test: setup ## set up, build and run every test
 tests: $(TESTS)
 
 .PHONY: bench
-bench: setup ## speed against error of every method: out/bench.csv and out/bench.png
+bench: setup ## speed against error of every method, with plots, in out/
 	@$(MAKE) --no-print-directory -s build
 	@mkdir -p out
 	@$(BUILD)/hetab bench --force --csv out/bench.csv
+	@$(BUILD)/hetab bench --force --csv out/roughness.csv --samples 200 \
+	  $(addprefix roughness-,0.05 0.2 1 5 20 100)
 	@scripts/plot_bench out/bench.csv out/bench.png
+	@scripts/plot_roofline out/bench.csv out/roofline.png
 
 .PHONY: asan
 asan: setup ## run the tests under AddressSanitizer and UndefinedBehaviorSanitizer
