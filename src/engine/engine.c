@@ -37,6 +37,11 @@ size_t hetab_real_size(const hetab_engine *engine) {
   return engine->precision == HETAB_DOUBLE ? sizeof(double) : sizeof(float);
 }
 
+double hetab_real_at(const hetab_engine *engine, const void *reals, size_t i) {
+  return engine->precision == HETAB_DOUBLE ? ((const double *)reals)[i]
+                                           : (double)((const float *)reals)[i];
+}
+
 double hetab_seconds(void) {
   struct timespec now;
   clock_gettime(CLOCK_MONOTONIC, &now);

@@ -37,6 +37,7 @@ hetab_status hetab_lane_kernel(hetab_context *ctx, const hetab_engine *engine,
                                const char *program, const char *kernel, cl_kernel *out);
 
 size_t hetab_real_size(const hetab_engine *engine); /* bytes of the engine's `real` */
+double hetab_real_at(const hetab_engine *engine, const void *reals, size_t i);
 
 /* A read-only buffer holding count doubles converted to the engine's real. */
 hetab_status hetab_lane_upload(hetab_context *ctx, const hetab_engine *engine,
