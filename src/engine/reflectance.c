@@ -1,6 +1,6 @@
 /* Directional-hemispherical reflectances: nodes from the host (model/hemisphere.h), the model at
  * them from the device, as many integrals a launch as there are. What a launch leaves unconverged
- * goes again with twice the rays, twice the nodes, or both. */
+ * goes again with more rays, more nodes along them, or both. */
 #include <hetab/reflectance.h>
 
 #include <math.h>
@@ -11,8 +11,9 @@
 #include "kernels/tables.h"
 #include "model/hemisphere.h"
 
-enum { FIRST_NODES = 32, MOST_NODES = 1 << 18 /* of one integral, and of one launch */ };
-static const double FIRST_STEP = 0.45; /* of rays, in u */
+enum { FIRST_NODES = 64, NODES_UNIT = 32, RAYS_UNIT = 2 };
+enum { MOST_NODES = 1 << 18 }; /* of one integral, and of one launch */
+static const double FIRST_STEP = 0.4; /* of rays, in u */
 
 const char *hetab_stop_name(hetab_stop stop) {
   static const char *const names[] = {"tolerance", "roundoff", "budget"};
@@ -45,7 +46,7 @@ typedef struct integration {
 /* How far the device's arithmetic is from the model, relative, in these sums
  * (tests/test_reflectance.c compares float with double). */
 static double rounding_of(const hetab_engine *engine) {
-  return hetab_engine_precision(engine) == HETAB_DOUBLE ? 2e-11 : 3e-6;
+  return hetab_engine_precision(engine) == HETAB_DOUBLE ? 2e-11 : 1e-6;
 }
 
 static double default_tolerance(const hetab_engine *engine) {
@@ -75,7 +76,7 @@ static job job_of(const integration *in, const hetab_hemisphere *at, size_t angl
     hetab_wave wave = hetab_wave_of(sigma0, tau, &hetab_surface_bands(in->surface)[b]);
     j.at.reach = fmax(j.at.reach, hetab_hemisphere_reach(at, &wave, left_out(in)));
   }
-  j.rays = 2 * (size_t)ceil(0.5 * at->period / FIRST_STEP);
+  j.rays = RAYS_UNIT * (size_t)ceil(at->period / (RAYS_UNIT * FIRST_STEP));
   j.nodes = FIRST_NODES;
   return j;
 }
@@ -247,6 +248,13 @@ static void store(const integration *in, const job *j, size_t band, const estima
                                       : HETAB_STOP_ROUNDOFF;
 }
 
+/* How many rays, or nodes, it takes for an error to come down to `goal`: the logarithm of the error
+ * goes with the number, but one is not told the constant. */
+static size_t grown(size_t count, size_t unit, double error, double goal) {
+  double factor = error < 1.0 ? fmin(fmax(log(goal) / log(error), 1.2), 2.0) : 2.0;
+  return error <= goal ? count : unit * (size_t)ceil(factor * (double)count / (double)unit);
+}
+
 /* The job's results are stored; is it done, or what has to be refined? */
 static void judge(integration *in, job *j, const void *sums, size_t first) {
   double along = 0.0, across = 0.0, worst = 0.0;
@@ -257,8 +265,8 @@ static void judge(integration *in, job *j, const void *sums, size_t first) {
     across = fmax(across, e.across);
     worst = fmax(worst, e.along + e.across);
   }
-  size_t rays = across > 0.5 * goal(in) ? 2 * j->rays : j->rays;
-  size_t nodes = along > 0.5 * goal(in) ? 2 * j->nodes : j->nodes;
+  size_t rays = grown(j->rays, RAYS_UNIT, across, 0.5 * goal(in));
+  size_t nodes = grown(j->nodes, NODES_UNIT, along, 0.5 * goal(in));
   j->done = worst <= goal(in) || (rays + 1) * nodes > MOST_NODES;
   if (!j->done) {
     j->rays = rays;
