@@ -12,8 +12,8 @@
 #include "model/hemisphere.h"
 
 enum { FIRST_NODES = 64, NODES_UNIT = 32, RAYS_UNIT = 2 };
-enum { MOST_NODES = 1 << 18 }; /* of one integral, and of one launch */
-static const double FIRST_STEP = 0.4; /* of rays, in u */
+enum { MOST_NODES = 1 << 20, LAUNCH_NODES = 1 << 18 }; /* of one integral; of one launch, about */
+static const double FIRST_STEP = 0.4;                  /* of rays, in u */
 
 const char *hetab_stop_name(hetab_stop stop) {
   static const char *const names[] = {"tolerance", "roundoff", "budget"};
@@ -117,7 +117,7 @@ static size_t job_size(const job *j) {
 static launch launch_from(const integration *in, size_t first) {
   launch l = {.first = first, .end = first};
   while (l.end < in->job_count &&
-         (l.stride == 0 || l.stride + job_size(&in->jobs[l.end]) <= MOST_NODES)) {
+         (l.stride == 0 || l.stride + job_size(&in->jobs[l.end]) <= LAUNCH_NODES)) {
     const job *j = &in->jobs[l.end++];
     l.stride += job_size(j);
     if (j->done)
@@ -201,13 +201,6 @@ done:
 
 /* ---- error estimates ----------------------------------------------------------------------- */
 
-/* The relative error of a rule, from how far the rule of half the size is from it. Both rules
- * converge faster than any power: their error falls at least as the power 3/2 of that difference
- * (QUADPACK's experience; 30 is its 200 for the smaller constant of periodic rules). */
-static double sharpened(double difference) {
-  return fmin(difference, pow(30.0 * difference, 1.5));
-}
-
 typedef struct estimate {
   double value, along, across; /* errors relative */
 } estimate;
@@ -226,7 +219,8 @@ static estimate estimate_of(const integration *in, const void *sums, size_t firs
     along += fabs(rest - coarse);
   }
   double scale = all > 0.0 ? 1.0 / all : 0.0;
-  return (estimate){all, sharpened(along * scale), sharpened(fabs(all - 2.0 * even) * scale)};
+  return (estimate){all, hetab_rule_error(along * scale),
+                    hetab_rule_error(fabs(all - 2.0 * even) * scale)};
 }
 
 /* ---- refinement ---------------------------------------------------------------------------- */

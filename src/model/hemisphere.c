@@ -18,6 +18,10 @@ hetab_crowded hetab_crowd(double t) {
                          .slope = 6.0 * M_PI * s2 * s * c2 * c};
 }
 
+double hetab_rule_error(double difference) {
+  return fmin(2.0 * difference, pow(200.0 * difference, 1.5));
+}
+
 /* ---- one incidence ------------------------------------------------------------------------- */
 
 enum { AGM_STEPS = 8 };
@@ -71,7 +75,9 @@ static double far_x(double g, double fall) {
 double hetab_hemisphere_reach(const hetab_hemisphere *at, const hetab_wave *wave,
                               double negligible) {
   double mu = at->in.mu, s = at->in.s, reach = 1.0 + s;
-  double fall = -log(negligible) - 4.0 * log(mu); /* cos^4(theta_d) is mu^4 at the mirror point */
+  /* cos^4(theta_d) is mu^4 at the mirror point; 5 is for the terms beyond the largest one, and for
+   * all that is farther out */
+  double fall = 5.0 - log(negligible) - 4.0 * log(mu);
   for (int i = 0; i < 4; i++) { /* g is bounded by mu_r^2 <= mu^2 + 2 s rho within the reach */
     double mu_r = fmin(1.0, sqrt(mu * mu + 2.0 * s * reach));
     double g = wave->g * (mu + mu_r) * (mu + mu_r);

@@ -58,4 +58,9 @@ typedef struct hetab_crowded {
 } hetab_crowded;
 hetab_crowded hetab_crowd(double t);
 
+/* The relative error of such a rule, from its relative difference from the rule of half the size:
+ * twice that, in case the two agree by luck; less where the difference is so small that both are
+ * converging, faster than any power (QUADPACK's exponent and constant). */
+double hetab_rule_error(double difference);
+
 #endif
