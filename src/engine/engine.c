@@ -115,15 +115,20 @@ static hetab_status open_lanes(hetab_context *ctx, const char *selector, hetab_e
   return status;
 }
 
+hetab_status hetab_check_tolerance(hetab_context *ctx, double tolerance) {
+  if (tolerance >= 0.0 && tolerance < 1.0)
+    return HETAB_OK;
+  return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
+                    "tolerance %g: give a relative error between 0 and 1, for example 1e-5",
+                    tolerance);
+}
+
 hetab_status hetab_engine_create(hetab_context *ctx, const hetab_engine_options *options,
                                  hetab_engine **out) {
   static const hetab_engine_options defaults = {0};
   const hetab_engine_options *o = options ? options : &defaults;
   *out = NULL;
-  if (o->tolerance < 0.0 || o->tolerance >= 1.0 || o->tolerance != o->tolerance)
-    return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
-                      "tolerance %g: give a relative error between 0 and 1, for example 1e-5",
-                      o->tolerance);
+  HETAB_TRY(hetab_check_tolerance(ctx, o->tolerance));
   hetab_engine *engine = hetab_alloc(ctx, 1, sizeof *engine);
   if (!engine)
     return HETAB_ERR_MEMORY;

@@ -68,8 +68,11 @@ static hetab_reflectance value_of(const sky *s, size_t band) {
   return value;
 }
 
+/* What is below this is none, with rounding for its digits. */
+static const double NOTHING = 1e-15;
+
 static double relative(double a, double b) {
-  return a == b ? 0.0 : fabs(a - b) / fabs(b);
+  return fabs(a - b) / fmax(fabs(b), NOTHING);
 }
 
 /* The rule's own relative error, dd and specular together, the polished one's beside. */
@@ -80,11 +83,18 @@ static double rule_error(const sky *s, size_t band) {
   return hetab_rule_error(fmax(part, relative(before->fresnel, value.fresnel)));
 }
 
-static double worst_rule_error(const sky *s) {
-  double worst = 0.0;
-  for (size_t b = 0; b < s->band_count; b++)
-    worst = fmax(worst, rule_error(s, b));
-  return worst;
+/* A rule better than the reflectances that it adds up would be wasted. */
+static int converged(const sky *s, size_t band) {
+  hetab_reflectance value = value_of(s, band);
+  double sum = value.dd.value + value.specular;
+  return rule_error(s, band) * sum <= fmax(0.5 * s->tolerance * sum, value.dd.error);
+}
+
+static int all_converged(const sky *s) {
+  size_t band = 0;
+  while (band < s->band_count && converged(s, band))
+    band++;
+  return band == s->band_count;
 }
 
 static hetab_status refine(sky *s) {
@@ -94,19 +104,20 @@ static hetab_status refine(sky *s) {
       s->before[b] = value_of(s, b);
     s->intervals *= 2;
     HETAB_TRY(add_nodes(s, 1, 2));
-  } while (worst_rule_error(s) > 0.5 * s->tolerance && s->intervals < MOST_INTERVALS);
+  } while (!all_converged(s) && s->intervals < MOST_INTERVALS);
   return HETAB_OK;
 }
 
 static void store(const sky *s, size_t band, hetab_reflectance *out) {
-  double error = rule_error(s, band);
   *out = value_of(s, band);
   double sum = out->dd.value + out->specular;
-  out->dd.error += error * sum;
-  if (error > 0.5 * s->tolerance)
-    out->dd.stop = HETAB_STOP_BUDGET;
-  else if (out->dd.error <= s->tolerance * sum)
+  out->dd.error += rule_error(s, band) * sum;
+  if (out->dd.error <= s->tolerance * sum)
     out->dd.stop = HETAB_STOP_TOLERANCE;
+  else if (!converged(s, band))
+    out->dd.stop = HETAB_STOP_BUDGET;
+  else if (out->dd.stop == HETAB_STOP_TOLERANCE)
+    out->dd.stop = HETAB_STOP_ROUNDOFF;
 }
 
 hetab_status hetab_reflectance_hh(hetab_context *ctx, hetab_engine *engine,
@@ -116,11 +127,12 @@ hetab_status hetab_reflectance_hh(hetab_context *ctx, hetab_engine *engine,
   sky s = {.ctx = ctx,
            .engine = engine,
            .surface = surface,
-           .tolerance = tolerance != 0.0 ? tolerance
-                        : is_double      ? 1e-9
-                                         : 1e-5,
+           .tolerance = tolerance > 0.0 ? tolerance
+                        : is_double     ? 1e-9
+                                        : 1e-5,
            .band_count = hetab_surface_band_count(surface),
            .intervals = FIRST_INTERVALS};
+  HETAB_TRY(hetab_check_tolerance(ctx, tolerance));
   s.sums = hetab_alloc(ctx, s.band_count, sizeof *s.sums);
   s.before = hetab_alloc(ctx, s.band_count, sizeof *s.before);
   hetab_status status = s.sums && s.before ? refine(&s) : HETAB_ERR_MEMORY;
