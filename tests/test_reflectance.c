@@ -374,7 +374,7 @@ static void test_batches(void **state) {
 /* The preset of the report over 31 wavelengths and 90 incidences, beside the product rule of 1 x 1
  * degree: printed, and bounded loosely enough for a busy machine. */
 static void test_speed(void **state) {
-  enum { BANDS = 31, COUNT = 90, RUNS = 5 };
+  enum { BANDS = 31, COUNT = 90, RUNS = 8 };
   hetab_context *ctx = *state;
   hetab_engine *engine = series_engine(ctx, HETAB_FLOAT);
   hetab_engine *reference = series_engine(ctx, HETAB_DOUBLE);
