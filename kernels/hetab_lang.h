@@ -61,7 +61,7 @@ typedef HETAB_CAT(HETAB_REAL, HETAB_VW) vreal;
 #endif
 #endif
 
-/* The least and the largest lane. */
+/* The least and the largest lane, and the sum of all. */
 #define HETAB_REDUCE_1(f, v) (v)
 #define HETAB_REDUCE_2(f, v) f((v).s0, (v).s1)
 #define HETAB_REDUCE_4(f, v) HETAB_REDUCE_2(f, f((v).lo, (v).hi))
@@ -72,6 +72,10 @@ static inline real hetab_lane_min(vreal v) {
 }
 static inline real hetab_lane_max(vreal v) {
   return HETAB_CAT(HETAB_REDUCE_, HETAB_VW)(fmax, v);
+}
+#define HETAB_ADD(a, b) ((a) + (b))
+static inline real hetab_lane_sum(vreal v) {
+  return HETAB_CAT(HETAB_REDUCE_, HETAB_VW)(HETAB_ADD, v);
 }
 
 #else /* HETAB_HOST */

@@ -24,6 +24,13 @@
 /* One (theta_h, theta_d): lateral2 = |q_i + q_r|^2 (two), mu2. */
 #define HETAB_FRAME_REALS 3
 #define HETAB_CHANNELS 3
+/* One node of a hemisphere: cos^2(theta_d), lateral2 = rho^2, g over the wave's, weight;
+ * src/model/hemisphere.h says what they are. */
+#define HETAB_NODE_REALS 4
+/* One ray of them, as integers: first node, nodes, first wavelength, wavelengths, first result. */
+#define HETAB_RAY_INTS 5
+/* One result of a ray: the sums over the first and the second half of its nodes. */
+#define HETAB_SUM_REALS 2
 /* One panel of the atlas: first segment, segments, centre of g, 1/half width of g, end of x, start
  * of g. */
 #define HETAB_PANEL_REALS 6

@@ -80,7 +80,8 @@ golden_reflectance *golden_reflectances(size_t *count) {
                                                .phi = M_PI},
                                      .rho_dd = r[6],
                                      .rho_s = r[7],
-                                     .fresnel = r[8]};
+                                     .fresnel = r[8],
+                                     .rel_change = r[9]};
     strcpy(points[i].name, names[i]);
   }
   free(rows);

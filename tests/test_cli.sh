@@ -5,6 +5,7 @@
 set -u
 export LC_ALL=C TERM=xterm
 program=$(realpath "${1:?usage: test_cli.sh PROGRAM}")
+scripts=$(realpath "$(dirname "$0")/../scripts")
 work=$(mktemp -d)
 mounted=
 passed=0 failed=0 skipped=0
@@ -71,7 +72,7 @@ works "help" --help
 check "help lists commands" has '^  tabulate '
 works "version" --version
 check "version names the program" has '^hetab [0-9]+\.[0-9]+\.[0-9]+$'
-for command in tabulate eval devices surfaces bench; do
+for command in tabulate eval devices surfaces bench reflectance; do
   works "$command --help" $command --help
   check "$command --help has usage" has "^Usage: hetab $command "
   check "$command --help fits 80 columns" test "$(wc -L <out)" -le 80
@@ -355,6 +356,53 @@ entries_per_s,ratio_literal,ratio_store,max_rel,p99_rel,rms_rel,samples,device,v
 check "bench baselines" test "$(grep -Ec '^smooth,(literal|store),' bench.csv)" -ge 2
 refuses "bench: existing file" 1 "bench.csv exists" bench smooth --csv bench.csv
 refuses "bench: unknown surface" 1 "NOSUCH" bench NOSUCH
+
+# ---- reflectance -------------------------------------------------------------------------------
+
+works "reflectance" reflectance BBQAL2 --theta-i 0,45,90 --wavelength 500:600:50
+check "reflectance header" test "$(head -1 out)" = \
+  "wavelength_nm,theta_i_deg,rho_dd,rho_s,rho_ud,rho_dh,error,fresnel"
+check "reflectance rows" test "$(wc -l <out)" = 10
+check "nothing at 90 degrees" has '^550,90,0,0,0,0,0,1$'
+works "reflectance by default" reflectance NGGAL
+check "18 incidences of 31 wavelengths" test "$(wc -l <out)" = $((18 * 31 + 1))
+cp out reflectance.csv
+sums_up() {
+  /usr/bin/python3 -c '
+import csv, sys
+rows = [{k: float(v) for k, v in r.items()} for r in csv.DictReader(open("reflectance.csv"))]
+sys.exit(not all(abs(r["rho_dd"] + r["rho_s"] + r["rho_ud"] - r["rho_dh"]) < 1e-8
+                 and 0 < r["error"] < 1.1e-5 and 0 < r["rho_dh"] < 1.1 for r in rows))'
+}
+check "the parts make the sum" sums_up
+works "reflectance in double" reflectance NGGAL --theta-i 30 --wavelength 550 --precision double \
+  --tolerance 1e-8 --json
+check "reflectance as JSON" json "d['precision'] == 'double' and len(d['reflectances']) == 1 and \
+d['reflectances'][0]['stop'] == 'tolerance' and d['reflectances'][0]['evaluations'] > 0 and \
+0 < d['reflectances'][0]['error'] < 1e-8 and d['reflectances'][0]['theta_i_deg'] == 30"
+works "white sky" reflectance NGGAL --white-sky --wavelength 550
+check "white-sky header" has '^wavelength_nm,rho_dd,rho_s,rho_ud,rho_hh,error,fresnel$'
+check "white-sky row" test "$(wc -l <out)" = 2
+works "reflectance in colour" reflectance NGGAL --rgb --theta-i 0,60
+check "colour header" has '^theta_i_deg,red,green,blue,luminance,error,fresnel_red,'
+works "colour as JSON" reflectance NGGAL --rgb --theta-i 0 --json
+check "colour keys" json "len(d['reflectances'][0]['rgb']) == 3 and \
+0 < d['reflectances'][0]['luminance'] <= d['reflectances'][0]['fresnel_luminance'] + 1e-4"
+if /usr/bin/python3 -c 'import matplotlib' 2>/dev/null; then
+  plots() { "$scripts/plot_reflectance" reflectance.png <reflectance.csv && [ -s reflectance.png ]; }
+  check "plot" plots
+else
+  skip "plot: no matplotlib"
+fi
+refuses "reflectance: no surface" 2 "no SURFACE" reflectance
+refuses "reflectance: two surfaces" 2 "unexpected argument 'b'" reflectance a b
+refuses "reflectance: below the horizon" 1 "91.*0 to 90" reflectance NGGAL --theta-i 91
+refuses "reflectance: not a number" 1 "theta_i" reflectance NGGAL --theta-i nan
+refuses "reflectance: outside the index data" 1 "0\.7|700" reflectance NGGAL --wavelength 900
+refuses "reflectance: zero tolerance" 2 "tolerance" reflectance NGGAL --tolerance 0
+refuses "reflectance: colour of one band" 1 "400" reflectance NGGAL --rgb --wavelength 550
+"$program" reflectance NGGAL >/dev/full 2>err
+one_line "reflectance to a full disk" $? 1 "standard output"
 
 # ---- terminals ---------------------------------------------------------------------------------
 

@@ -126,4 +126,16 @@
 /* measured 0.2; seconds until a cancelled job has returned */
 #define TOL_CANCEL_SECONDS 5
 
+/* --- Hemispherical reflectances --- */
+/* measured 1.9e-7 against golden/reflectance.csv; the float kernel's rounding, averaged */
+#define TOL_REFLECTANCE_FLOAT 1e-5
+/* measured 3.0e-9, as good as the file says of itself */
+#define TOL_REFLECTANCE_DOUBLE 1e-7
+/* measured 1.1e-13 */
+#define TOL_REFLECTANCE_SPECULAR 1e-11
+/* measured 3.5e-7; the brute-force sum's own error */
+#define TOL_REFLECTANCE_BRUTE 1e-6
+/* measured 1.3e-7; likewise */
+#define TOL_REFLECTANCE_SKY 1e-6
+
 #endif

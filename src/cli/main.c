@@ -7,8 +7,8 @@
 
 #include "cli.h"
 
-static const cli_command *const commands[] = {&cli_tabulate, &cli_eval, &cli_devices, &cli_surfaces,
-                                              &cli_bench};
+static const cli_command *const commands[] = {&cli_tabulate, &cli_eval,        &cli_devices,
+                                              &cli_surfaces, &cli_reflectance, &cli_bench};
 static const size_t command_count = sizeof commands / sizeof *commands;
 
 static int print_help(void) {
@@ -16,7 +16,7 @@ static int print_help(void) {
        "Tabulates the He-Torrance reflectance model for renderers, on OpenCL devices,\n"
        "with a measured error.\n\nCommands:");
   for (size_t i = 0; i < command_count; i++)
-    printf("  %-10s %s\n", commands[i]->name, commands[i]->summary);
+    printf("  %-12s %s\n", commands[i]->name, commands[i]->summary);
   puts("\n'hetab COMMAND --help' describes a command, 'hetab --version' prints the version.\n\n"
        "Exit status: 0 success, 1 failure, 2 mistake on the command line, 128 + N stopped\n"
        "by signal N.\n\n"

@@ -42,6 +42,11 @@ size_t hetab_real_size(const hetab_engine *engine) {
   return engine->precision == HETAB_DOUBLE ? sizeof(double) : sizeof(float);
 }
 
+double hetab_real_at(const hetab_engine *engine, const void *reals, size_t i) {
+  return engine->precision == HETAB_DOUBLE ? ((const double *)reals)[i]
+                                           : (double)((const float *)reals)[i];
+}
+
 double hetab_seconds(void) {
   struct timespec now;
   clock_gettime(CLOCK_MONOTONIC, &now);
@@ -115,20 +120,23 @@ static hetab_status open_lanes(hetab_context *ctx, const char *selector, hetab_e
   return status;
 }
 
-static hetab_status check_tolerance(hetab_context *ctx, const hetab_engine_options *o) {
-  double least = o->precision == HETAB_DOUBLE ? DOUBLE_LEAST : FLOAT_LEAST;
-  if (o->tolerance == 0.0)
+hetab_status hetab_check_tolerance(hetab_context *ctx, double tolerance) {
+  if (tolerance >= 0.0 && tolerance < 1.0)
     return HETAB_OK;
-  if (!(o->tolerance > 0.0 && o->tolerance < 1.0))
-    return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
-                      "tolerance %g: give a relative error between 0 and 1, for example 1e-5",
-                      o->tolerance);
-  if (o->method == HETAB_METHOD_ROWS && o->tolerance < least)
-    return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
-                      "tolerance %g is below %g, what rows in %s can keep; use %s", o->tolerance,
-                      least, hetab_precision_name(o->precision),
-                      o->precision == HETAB_DOUBLE ? "the series method" : "double precision");
-  return HETAB_OK;
+  return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
+                    "tolerance %g: give a relative error between 0 and 1, for example 1e-5",
+                    tolerance);
+}
+
+static hetab_status check_rows_tolerance(hetab_context *ctx, const hetab_engine_options *o) {
+  double least = o->precision == HETAB_DOUBLE ? DOUBLE_LEAST : FLOAT_LEAST;
+  HETAB_TRY(hetab_check_tolerance(ctx, o->tolerance));
+  if (o->method != HETAB_METHOD_ROWS || o->tolerance == 0.0 || o->tolerance >= least)
+    return HETAB_OK;
+  return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
+                    "tolerance %g is below %g, what rows in %s can keep; use %s", o->tolerance,
+                    least, hetab_precision_name(o->precision),
+                    o->precision == HETAB_DOUBLE ? "the series method" : "double precision");
 }
 
 hetab_status hetab_engine_create(hetab_context *ctx, const hetab_engine_options *options,
@@ -136,7 +144,7 @@ hetab_status hetab_engine_create(hetab_context *ctx, const hetab_engine_options 
   static const hetab_engine_options defaults = {0};
   const hetab_engine_options *o = options ? options : &defaults;
   *out = NULL;
-  HETAB_TRY(check_tolerance(ctx, o));
+  HETAB_TRY(check_rows_tolerance(ctx, o));
   hetab_engine *engine = hetab_alloc(ctx, 1, sizeof *engine);
   if (!engine)
     return HETAB_ERR_MEMORY;

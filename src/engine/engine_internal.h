@@ -36,7 +36,11 @@ hetab_status hetab_lane_kernel(hetab_context *ctx, const hetab_engine *engine,
                                const hetab_lane *lane, const hetab_atlas *atlas,
                                const char *program, const char *kernel, cl_kernel *out);
 
+/* A relative error that can be asked for; 0 stands for the default. */
+hetab_status hetab_check_tolerance(hetab_context *ctx, double tolerance);
+
 size_t hetab_real_size(const hetab_engine *engine); /* bytes of the engine's `real` */
+double hetab_real_at(const hetab_engine *engine, const void *reals, size_t i);
 
 /* A read-only buffer holding count doubles converted to the engine's real. */
 hetab_status hetab_lane_upload(hetab_context *ctx, const hetab_engine *engine,

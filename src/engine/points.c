@@ -64,19 +64,14 @@ static void fill_columns(const hetab_point *p, size_t i, size_t stride, double *
     columns[c * stride + i] = values[c];
 }
 
-static double real_at(const hetab_engine *engine, const void *reals, size_t i) {
-  return engine->precision == HETAB_DOUBLE ? ((const double *)reals)[i]
-                                           : (double)((const float *)reals)[i];
-}
-
 static void take_results(const hetab_engine *engine, const void *results, size_t stride,
                          const hetab_point *points, size_t count, hetab_value *values) {
   for (size_t i = 0; i < count; i++) {
-    values[i] = (hetab_value){.dd = real_at(engine, results, i),
-                              .specular = real_at(engine, results, stride + i),
+    values[i] = (hetab_value){.dd = hetab_real_at(engine, results, i),
+                              .specular = hetab_real_at(engine, results, stride + i),
                               .ud = points[i].diffuse_brdf,
-                              .g = real_at(engine, results, 2 * stride + i),
-                              .x = real_at(engine, results, 3 * stride + i)};
+                              .g = hetab_real_at(engine, results, 2 * stride + i),
+                              .x = hetab_real_at(engine, results, 3 * stride + i)};
     values[i].total = values[i].dd + values[i].ud;
   }
 }

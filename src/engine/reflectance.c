@@ -1,0 +1,403 @@
+/* Directional-hemispherical reflectances: nodes from the host (model/hemisphere.h), the model at
+ * them from the device, as many integrals a launch as there are. What a launch leaves unconverged
+ * goes again with more rays, more nodes along them, or both. */
+#include <hetab/reflectance.h>
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "cl/device.h"
+#include "engine/dense.h"
+#include "kernels/tables.h"
+#include "model/hemisphere.h"
+
+enum { FIRST_NODES = 64, NODES_UNIT = 32, RAYS_UNIT = 2 };
+enum { MOST_NODES = 1 << 20, LAUNCH_NODES = 1 << 18 }; /* of one integral; of one launch, about */
+static const double FIRST_STEP = 0.4;                  /* of rays, in u */
+
+const char *hetab_stop_name(hetab_stop stop) {
+  static const char *const names[] = {"tolerance", "roundoff", "budget"};
+  return (size_t)stop < 3 ? names[stop] : "unknown";
+}
+
+/* ---- the jobs ------------------------------------------------------------------------------ */
+
+/* One incidence at some wavelengths, whose lobes are alike: they share the nodes. */
+typedef struct job {
+  hetab_hemisphere at;
+  size_t angle, first_band, band_count;
+  double rounding; /* relative, the largest of its bands */
+  size_t rays, nodes;
+  int done;
+} job;
+
+typedef struct integration {
+  hetab_context *ctx;
+  const hetab_engine *engine;
+  const hetab_surface *surface;
+  size_t angle_count, band_count;
+  double tolerance;
+  hetab_reflectance *out;
+  job *jobs;
+  size_t job_count, done_count;
+  cl_kernel kernel;
+  cl_mem waves;
+} integration;
+
+/* How far the device's arithmetic is from the model, relative, in these sums
+ * (tests/test_reflectance.c compares float with double). Materials that hardly reflect lose digits
+ * in the Fresnel coefficients, differences whose squares it is. */
+static double rounding_of(const integration *in, const hetab_band *band) {
+  double unit = hetab_engine_precision(in->engine) == HETAB_DOUBLE ? 2e-11 : 1e-6;
+  double normal = hetab_fresnel_at(1.0, band->n, band->k);
+  return unit * (1.0 + 0.05 / sqrt(normal + 1e-30));
+}
+
+static double default_tolerance(const hetab_engine *engine) {
+  return hetab_engine_precision(engine) == HETAB_DOUBLE ? 1e-9 : 1e-5;
+}
+
+/* What lies beyond the rays' reach, relative. */
+static double left_out(const integration *in) {
+  return 1e-3 * in->tolerance;
+}
+
+/* The end of the octave of wavelengths that begins with a band. */
+static size_t octave_end(const integration *in, size_t first) {
+  const hetab_band *bands = hetab_surface_bands(in->surface);
+  size_t end = first + 1;
+  while (end < in->band_count && bands[end].lambda_um <= 2.0 * bands[first].lambda_um)
+    end++;
+  return end;
+}
+
+static job job_of(const integration *in, const hetab_hemisphere *at, size_t angle, size_t first,
+                  size_t end) {
+  double sigma0 = hetab_surface_sigma0_um(in->surface), tau = hetab_surface_tau_um(in->surface);
+  job j = {.at = *at, .angle = angle, .first_band = first, .band_count = end - first};
+  j.at.reach = 0.0;
+  for (size_t b = first; b < end; b++) {
+    const hetab_band *band = &hetab_surface_bands(in->surface)[b];
+    hetab_wave wave = hetab_wave_of(sigma0, tau, band);
+    j.rounding = fmax(j.rounding, rounding_of(in, band));
+    j.at.reach = fmax(j.at.reach, hetab_hemisphere_reach(at, &wave, left_out(in)));
+  }
+  j.rays = RAYS_UNIT * (size_t)ceil(at->period / (RAYS_UNIT * FIRST_STEP));
+  j.nodes = FIRST_NODES;
+  return j;
+}
+
+/* At exactly 90 degrees there is nothing to integrate. */
+static hetab_status plan(integration *in, const double *theta_i_deg) {
+  double tau_2sigma =
+      hetab_surface_tau_um(in->surface) / (2.0 * hetab_surface_sigma0_um(in->surface));
+  in->jobs = hetab_alloc(in->ctx, in->angle_count, in->band_count * sizeof *in->jobs);
+  if (!in->jobs)
+    return HETAB_ERR_MEMORY;
+  for (size_t a = 0; a < in->angle_count; a++) {
+    hetab_hemisphere at = hetab_hemisphere_at(hetab_radians(theta_i_deg[a]), tau_2sigma);
+    for (size_t first = 0, end; at.in.mu > 0.0 && first < in->band_count; first = end) {
+      end = octave_end(in, first);
+      in->jobs[in->job_count++] = job_of(in, &at, a, first, end);
+    }
+  }
+  return HETAB_OK;
+}
+
+/* ---- one launch ---------------------------------------------------------------------------- */
+
+/* The jobs [first, end) that are not done, and their rays. */
+typedef struct launch {
+  size_t first, end;
+  size_t ray_count, most_bands, results;
+  size_t stride; /* nodes in all */
+  double *nodes; /* [HETAB_NODE_REALS][stride] */
+  cl_int *rays;  /* [ray_count][HETAB_RAY_INTS] */
+} launch;
+
+static size_t job_size(const job *j) {
+  return j->done ? 0 : (j->rays + 1) * j->nodes;
+}
+
+/* From `first` on, what fits. */
+static launch launch_from(const integration *in, size_t first) {
+  launch l = {.first = first, .end = first};
+  while (l.end < in->job_count &&
+         (l.stride == 0 || l.stride + job_size(&in->jobs[l.end]) <= LAUNCH_NODES)) {
+    const job *j = &in->jobs[l.end++];
+    l.stride += job_size(j);
+    if (j->done)
+      continue;
+    l.ray_count += j->rays + 1;
+    l.results += (j->rays + 1) * j->band_count;
+    l.most_bands = j->band_count > l.most_bands ? j->band_count : l.most_bands;
+  }
+  return l;
+}
+
+static void fill_nodes(const job *j, size_t ray, hetab_node *nodes, double *columns,
+                       size_t stride) {
+  hetab_hemisphere_ray(&j->at, ray, j->rays, j->nodes, nodes);
+  for (size_t i = 0; i < j->nodes; i++) {
+    columns[i] = nodes[i].cos2_d;
+    columns[stride + i] = nodes[i].lateral2;
+    columns[2 * stride + i] = nodes[i].g;
+    columns[3 * stride + i] = nodes[i].weight;
+  }
+}
+
+static void fill_launch(const integration *in, const launch *l, hetab_node *nodes) {
+  size_t node = 0, ray = 0, result = 0;
+  for (size_t i = l->first; i < l->end; i++) {
+    const job *j = &in->jobs[i];
+    for (size_t r = 0; !j->done && r <= j->rays; r++) {
+      const size_t fields[HETAB_RAY_INTS] = {node, j->nodes, j->first_band, j->band_count, result};
+      for (size_t f = 0; f < HETAB_RAY_INTS; f++)
+        l->rays[ray * HETAB_RAY_INTS + f] = (cl_int)fields[f];
+      fill_nodes(j, r, nodes, l->nodes + node, l->stride);
+      node += j->nodes;
+      result += j->band_count;
+      ray++;
+    }
+  }
+}
+
+static hetab_status prepare(const integration *in, launch *l) {
+  size_t most = 0;
+  for (size_t i = l->first; i < l->end; i++)
+    most = in->jobs[i].nodes > most ? in->jobs[i].nodes : most;
+  hetab_node *nodes = hetab_alloc(in->ctx, most, sizeof *nodes);
+  l->nodes = hetab_alloc(in->ctx, l->stride, HETAB_NODE_REALS * sizeof *l->nodes);
+  l->rays = hetab_alloc(in->ctx, l->ray_count, HETAB_RAY_INTS * sizeof *l->rays);
+  if (nodes && l->nodes && l->rays)
+    fill_launch(in, l, nodes);
+  free(nodes);
+  return nodes && l->nodes && l->rays ? HETAB_OK : HETAB_ERR_MEMORY;
+}
+
+/* Runs the kernel over the launch's rays and its wavelengths. */
+static hetab_status run_kernel(const integration *in, const launch *l, cl_mem sums) {
+  const hetab_lane *lane = &in->engine->lanes[0];
+  cl_mem rays = NULL, nodes = NULL;
+  cl_int error = CL_SUCCESS;
+  hetab_status status;
+  size_t global[2] = {l->ray_count, l->most_bands};
+  hetab_args args = {in->ctx, in->engine, lane, in->kernel, 0, HETAB_OK};
+  rays = clCreateBuffer(lane->context, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR,
+                        l->ray_count * HETAB_RAY_INTS * sizeof *l->rays, l->rays, &error);
+  HETAB_GOTO(hetab_cl_check(in->ctx, error, "clCreateBuffer", lane->device));
+  HETAB_GOTO(
+      hetab_lane_upload(in->ctx, in->engine, lane, l->nodes, l->stride * HETAB_NODE_REALS, &nodes));
+  hetab_arg_mem(&args, in->waves);
+  hetab_arg_mem(&args, rays);
+  hetab_arg_int(&args, l->ray_count);
+  hetab_arg_mem(&args, nodes);
+  hetab_arg_int(&args, l->stride);
+  hetab_arg_mem(&args, sums);
+  HETAB_GOTO(args.status);
+  error = clEnqueueNDRangeKernel(lane->queue, in->kernel, 2, NULL, global, NULL, 0, NULL, NULL);
+  HETAB_GOTO(hetab_cl_check(in->ctx, error, "clEnqueueNDRangeKernel", lane->device));
+  error = clFinish(lane->queue);
+  HETAB_GOTO(hetab_cl_check(in->ctx, error, "clFinish", lane->device));
+done:
+  hetab_release(rays);
+  hetab_release(nodes);
+  return status;
+}
+
+/* ---- error estimates ----------------------------------------------------------------------- */
+
+typedef struct estimate {
+  double value, along, across; /* errors relative */
+} estimate;
+
+/* Of one integral: sums[ray][stride] over its rays. Differences along rays add up as magnitudes, so
+ * that no two of them pass for convergence. */
+static estimate estimate_of(const integration *in, const void *sums, size_t first, size_t stride,
+                            size_t rays) {
+  double all = 0.0, even = 0.0, along = 0.0;
+  for (size_t r = 0; r <= rays; r++) {
+    size_t at = (first + r * stride) * HETAB_SUM_REALS;
+    double coarse = hetab_real_at(in->engine, sums, at);
+    double rest = hetab_real_at(in->engine, sums, at + 1);
+    all += coarse + rest;
+    even += r % 2 ? 0.0 : coarse + rest;
+    along += fabs(rest - coarse);
+  }
+  double scale = all > 0.0 ? 1.0 / all : 0.0;
+  return (estimate){all, hetab_rule_error(along * scale),
+                    hetab_rule_error(fabs(all - 2.0 * even) * scale)};
+}
+
+/* ---- refinement ---------------------------------------------------------------------------- */
+
+/* The relative error that the rule may have. */
+static double goal(const integration *in, const job *j) {
+  return fmax(in->tolerance - j->rounding, 0.5 * j->rounding) - 2.0 * left_out(in);
+}
+
+static void store(const integration *in, const job *j, size_t band, const estimate *e) {
+  static const double underflow = 1e-30;
+  hetab_integral *dd = &in->out[band * in->angle_count + j->angle].dd;
+  double rule = e->along + e->across, error = rule + left_out(in) + j->rounding;
+  dd->value = e->value;
+  dd->error = error * e->value + underflow;
+  dd->evaluations += (j->rays + 1) * (j->nodes - 1);
+  dd->stop = rule > goal(in, j)       ? HETAB_STOP_BUDGET
+             : error <= in->tolerance ? HETAB_STOP_TOLERANCE
+                                      : HETAB_STOP_ROUNDOFF;
+}
+
+/* How many rays, or nodes, it takes for an error to come down to `goal`: the logarithm of the error
+ * goes with the number, but one is not told the constant. */
+static size_t grown(size_t count, size_t unit, double error, double goal) {
+  double factor = error < 1.0 ? fmin(fmax(log(goal) / log(error), 1.2), 2.0) : 2.0;
+  return error <= goal ? count : unit * (size_t)ceil(factor * (double)count / (double)unit);
+}
+
+/* The job's results are stored; is it done, or what has to be refined? */
+static void judge(integration *in, job *j, const void *sums, size_t first) {
+  double along = 0.0, across = 0.0, worst = 0.0;
+  for (size_t b = 0; b < j->band_count; b++) {
+    estimate e = estimate_of(in, sums, first + b, j->band_count, j->rays);
+    store(in, j, j->first_band + b, &e);
+    along = fmax(along, e.along);
+    across = fmax(across, e.across);
+    worst = fmax(worst, e.along + e.across);
+  }
+  size_t rays = grown(j->rays, RAYS_UNIT, across, 0.5 * goal(in, j));
+  size_t nodes = grown(j->nodes, NODES_UNIT, along, 0.5 * goal(in, j));
+  j->done = worst <= goal(in, j) || (rays + 1) * nodes > MOST_NODES;
+  if (!j->done) {
+    j->rays = rays;
+    j->nodes = nodes;
+  }
+  in->done_count += (size_t)j->done * j->band_count;
+}
+
+static hetab_status take_sums(integration *in, const launch *l, cl_mem sums) {
+  const hetab_lane *lane = &in->engine->lanes[0];
+  cl_int error = CL_SUCCESS;
+  size_t bytes = l->results * HETAB_SUM_REALS * hetab_real_size(in->engine), first = 0;
+  void *values =
+      clEnqueueMapBuffer(lane->queue, sums, CL_TRUE, CL_MAP_READ, 0, bytes, 0, NULL, NULL, &error);
+  HETAB_TRY(hetab_cl_check(in->ctx, error, "clEnqueueMapBuffer", lane->device));
+  for (size_t i = l->first; i < l->end; i++) {
+    job *j = &in->jobs[i];
+    if (j->done)
+      continue;
+    size_t results = (j->rays + 1) * j->band_count;
+    judge(in, j, values, first);
+    first += results;
+  }
+  clEnqueueUnmapMemObject(lane->queue, sums, values, 0, NULL, NULL);
+  clFinish(lane->queue);
+  return HETAB_OK;
+}
+
+static hetab_status run_launch(integration *in, launch *l) {
+  cl_mem sums = NULL;
+  hetab_status status;
+  HETAB_GOTO(prepare(in, l));
+  HETAB_GOTO(hetab_lane_output(in->ctx, in->engine, &in->engine->lanes[0],
+                               l->results * HETAB_SUM_REALS, &sums));
+  HETAB_GOTO(run_kernel(in, l, sums));
+  HETAB_GOTO(take_sums(in, l, sums));
+done:
+  hetab_release(sums);
+  free(l->nodes);
+  free(l->rays);
+  return status;
+}
+
+static hetab_status integrate(integration *in) {
+  size_t total = 0;
+  for (size_t i = 0; i < in->job_count; i++)
+    total += in->jobs[i].band_count;
+  while (in->done_count < total)
+    for (size_t first = 0; first < in->job_count;) {
+      launch l = launch_from(in, first);
+      first = l.end;
+      if (l.stride > 0)
+        HETAB_TRY(run_launch(in, &l));
+      HETAB_TRY(hetab_progress(in->ctx, (double)in->done_count, (double)total));
+    }
+  return HETAB_OK;
+}
+
+/* ---- the call ------------------------------------------------------------------------------ */
+
+static hetab_status check(hetab_context *ctx, const hetab_engine *engine, const double *theta_i_deg,
+                          size_t count, double tolerance) {
+  HETAB_TRY(hetab_check_tolerance(ctx, tolerance));
+  for (size_t i = 0; i < count; i++)
+    if (!(theta_i_deg[i] >= 0.0 && theta_i_deg[i] <= 90.0))
+      return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "theta_i = %g degrees is not in [0, 90]",
+                        theta_i_deg[i]);
+  if (hetab_engine_method(engine) == HETAB_METHOD_LITERAL)
+    return hetab_fail(ctx, HETAB_ERR_UNSUPPORTED,
+                      "reflectances are integrated on a device: the literal method has none");
+  return HETAB_OK;
+}
+
+/* Everything but the integral. */
+static void fill_rest(const integration *in, const double *theta_i_deg) {
+  double sigma0 = hetab_surface_sigma0_um(in->surface), tau = hetab_surface_tau_um(in->surface);
+  for (size_t a = 0; a < in->angle_count; a++) {
+    hetab_direction d = hetab_direction_at(hetab_radians(theta_i_deg[a]), tau / (2.0 * sigma0));
+    for (size_t b = 0; b < in->band_count; b++) {
+      const hetab_band *band = &hetab_surface_bands(in->surface)[b];
+      hetab_wave wave = hetab_wave_of(sigma0, tau, band);
+      hetab_reflectance *r = &in->out[b * in->angle_count + a];
+      r->specular = hetab_specular(&d, &wave);
+      r->ud = M_PI * band->diffuse_brdf;
+      r->dh = r->dd.value + r->specular + r->ud;
+      r->fresnel = hetab_fresnel_at(d.mu * d.mu, band->n, band->k);
+    }
+  }
+}
+
+static hetab_status open_kernel(integration *in) {
+  const hetab_lane *lane = &in->engine->lanes[0];
+  double *rows = hetab_alloc(in->ctx, in->band_count, HETAB_WAVE_REALS * sizeof *rows);
+  if (!rows)
+    return HETAB_ERR_MEMORY;
+  for (size_t b = 0; b < in->band_count; b++)
+    hetab_wave_row(in->engine, in->surface, &hetab_surface_bands(in->surface)[b],
+                   rows + b * HETAB_WAVE_REALS);
+  hetab_status status = hetab_lane_upload(in->ctx, in->engine, lane, rows,
+                                          in->band_count * HETAB_WAVE_REALS, &in->waves);
+  free(rows);
+  HETAB_TRY(status);
+  return hetab_lane_kernel(in->ctx, in->engine, lane, NULL, "hemisphere", "hetab_k_hemisphere",
+                           &in->kernel);
+}
+
+hetab_status hetab_reflectance_dh(hetab_context *ctx, hetab_engine *engine,
+                                  const hetab_surface *surface, const double *theta_i_deg,
+                                  size_t count, double tolerance, hetab_reflectance *out) {
+  integration in = {.ctx = ctx,
+                    .engine = engine,
+                    .surface = surface,
+                    .angle_count = count,
+                    .band_count = hetab_surface_band_count(surface),
+                    .tolerance = tolerance > 0.0 ? tolerance : default_tolerance(engine)};
+  hetab_status status;
+  HETAB_TRY(check(ctx, engine, theta_i_deg, count, tolerance));
+  in.out = hetab_alloc(ctx, in.band_count * count, sizeof *out);
+  if (!in.out)
+    return HETAB_ERR_MEMORY;
+  HETAB_GOTO(plan(&in, theta_i_deg));
+  HETAB_GOTO(open_kernel(&in));
+  HETAB_GOTO(integrate(&in));
+  fill_rest(&in, theta_i_deg);
+  for (size_t i = 0; i < in.band_count * count; i++)
+    out[i] = in.out[i];
+done:
+  if (in.kernel)
+    clReleaseKernel(in.kernel);
+  hetab_release(in.waves);
+  free(in.jobs);
+  free(in.out);
+  return status;
+}
