@@ -72,7 +72,7 @@ works "help" --help
 check "help lists commands" has '^  tabulate '
 works "version" --version
 check "version names the program" has '^hetab [0-9]+\.[0-9]+\.[0-9]+$'
-for command in tabulate eval devices surfaces bench reflectance; do
+for command in tabulate eval devices surfaces bench reflectance audit; do
   works "$command --help" $command --help
   check "$command --help has usage" has "^Usage: hetab $command "
   check "$command --help fits 80 columns" test "$(wc -L <out)" -le 80
@@ -403,6 +403,117 @@ refuses "reflectance: zero tolerance" 2 "tolerance" reflectance NGGAL --toleranc
 refuses "reflectance: colour of one band" 1 "400" reflectance NGGAL --rgb --wavelength 550
 "$program" reflectance NGGAL >/dev/full 2>err
 one_line "reflectance to a full disk" $? 1 "standard output"
+
+# ---- audit -------------------------------------------------------------------------------------
+
+# audits NAME STATUS ARGUMENT...: hetab audit ends with the status and says nothing on standard error.
+audits() {
+  local name=$1 expected=$2 status
+  shift 2
+  "$program" audit "$@" >out 2>err </dev/null
+  status=$?
+  if [ $status = "$expected" ] && [ ! -s err ]; then
+    pass
+  else
+    fail "$name: status $status instead of $expected, $(head -c 300 err)"
+  fi
+}
+
+mkdir judged
+coarse="--theta-i 0:90:31 --theta-r 0:90:31 --phi 0:180:37 --wavelengths 500,600"
+works "audit: a table" tabulate BBQAL1 $coarse -o judged/t.h5 --quiet
+works "audit: a MERL table" tabulate BBQAL1 -o judged/t.binary --quiet --samples 0
+audits "audit: a surface" 0 BBQAL1
+check "audit: verdict lines" has '^  (PASS|WARN) +energy +0\.'
+check "audit: fits 80 columns" test "$(wc -L <out)" -le 80
+audits "audit: surface as JSON" 0 BBQAL1 --json
+check "audit: surface keys" json "d['verdict'] in ('PASS', 'WARN') and d['summary']['fail'] == 0 and \
+d['repair'] is None and d['results'][0]['kind'] == 'surface' and \
+len(d['results'][0]['theta_i_deg']) == 90 and len(d['results'][0]['channels']) == 31 and \
+{'wavelength_nm', 'rho_dh', 'error', 'rho_dd', 'rho_s', 'rho_ud', 'fresnel', 'max_a_brdf', \
+'max_a_reflectance', 'max_a_fresnel', 'rho_dh_if_brdf', 'rho_dh_if_reflectance', 'specular_share', \
+'grazing', 'min', 'max', 'a', 'a_unit'} <= set(d['results'][0]['channels'][0]) and \
+[c['name'] for c in d['results'][0]['checks']] == ['energy', 'fresnel', 'negative', 'reciprocity', \
+'specular', 'grazing', 'diffuse']"
+audits "audit: tables against the model" 0 judged/t.h5 judged/t.binary --against BBQAL1 \
+  --pairs 20000 --json
+check "audit: table keys" json "[r['kind'] for r in d['results']] == ['hdf5', 'merl'] and \
+[r['lookup'] for r in d['results']] == ['interpolate', 'truncate'] and \
+d['results'][1]['bytes'] == 34992012 and d['results'][1]['dimensions'] == [3, 90, 90, 180] and \
+all(r['against']['all']['relative_l1'] < 0.25 and len(r['against']['by_theta_i']) == 9 and \
+'share_in_table' in r['against']['specular'] for r in d['results']) and \
+d['results'][0]['reciprocity']['max_rel'] < 1e-3 and d['results'][0]['cells']['nan'] == 0"
+check "audit: check keys" json "all(set(c) == {'name', 'verdict', 'value', 'error', 'threshold', \
+'detail'} for r in d['results'] for c in r['checks'])"
+audits "audit: several inputs" 0 BBQAL1 judged/t.h5 judged/t.binary --no-reference
+check "audit: summary" has '^3 inputs: [0-9] pass, [0-9] warn, 0 fail: '
+audits "audit: quiet" 0 judged/t.binary --quiet
+check "audit: quiet says nothing" test ! -s out
+audits "audit: threshold" 3 judged/t.h5 --max-error 1e-9 --pairs 1000
+check "audit: the failed check" has '^  FAIL table_error'
+mkdir no-opencl
+export OCL_ICD_VENDORS=$work/no-opencl/
+audits "audit: no device for a table alone" 0 judged/t.h5 --no-reference
+unset OCL_ICD_VENDORS
+
+cp judged/t.binary judged/broken.binary
+printf '\0\0\0\0\0\0\370\177' | dd of=judged/broken.binary bs=1 seek=$((12 + 8 * 5000000 / 8)) \
+  conv=notrunc status=none
+audits "audit: a NaN" 3 judged/broken.binary
+check "audit: the NaN is located" has 'FAIL finite +1 1 NaN and 0 infinite'
+head -c 1000000 judged/t.binary >judged/short.binary
+audits "audit: truncated" 3 judged/short.binary
+check "audit: truncated is named" has 'FAIL structure'
+cp judged/broken.binary judged/before.binary
+audits "audit: repair" 0 judged/broken.binary --repair judged/mended.binary --scale-energy
+check "audit: repair reports" has 'mended.binary: repaired: of [0-9]+ entries 1 replaced'
+check "audit: repair is not in place" cmp judged/broken.binary judged/before.binary
+audits "audit: the repaired" 0 judged/mended.binary
+audits "audit: repair h5" 0 judged/t.h5 --repair judged/mended.h5 --json --pairs 1000
+check "audit: repair keys" json "set(d['repair']) == {'output', 'entries', 'replaced', 'clamped', \
+'symmetrised', 'max_change_abs', 'max_change_rel', 'scaled_incidences', 'smallest_scale'} and \
+len(d['results']) == 2"
+check "audit: attributes survive" h5diff judged/t.h5 judged/mended.h5 /specular_reflectance
+
+audits "audit: page" 0 BBQAL1 judged/t.h5 judged/t.binary --against BBQAL1 --pairs 20000 \
+  --html judged/page.html
+well_formed='
+import html.parser, re, sys
+text = open("judged/page.html").read()
+class P(html.parser.HTMLParser):
+    stack, figures = [], 0
+    def handle_starttag(self, tag, attrs):
+        self.figures += tag == "figure"
+        if tag not in ("meta",): self.stack.append(tag)
+    def handle_startendtag(self, tag, attrs): pass
+    def handle_endtag(self, tag):
+        if self.stack.pop() != tag: sys.exit(1)
+p = P(); p.feed(text)
+sys.exit(bool(p.stack) or p.figures < 28 or "http" in text or
+         re.search("[ MLHV\"](-?nan|-?inf)[ \"LM]", text) is not None)'
+check "audit: the page is whole and alone" /usr/bin/python3 -c "$well_formed"
+
+echo precious >judged/old.html
+echo precious >judged/old.binary
+echo nonsense >judged/noise.h5
+refuses "audit: no input" 2 "no INPUT" audit
+refuses "audit: existing page" 1 "old.html exists" audit BBQAL1 --html judged/old.html
+refuses "audit: existing repair" 1 "old.binary exists" audit judged/t.binary --repair judged/old.binary
+refuses "audit: in place" 2 "is the input" audit judged/t.binary --repair judged/../judged/t.binary --force
+refuses "audit: repair of several" 2 "takes one INPUT" audit judged/t.h5 BBQAL1 --repair judged/n.h5
+refuses "audit: repair of a surface" 2 "a surface, not a table" audit BBQAL1 --repair judged/n.h5
+refuses "audit: repair to another format" 2 "different formats" audit judged/t.h5 --repair judged/n.binary
+refuses "audit: scale alone" 2 "goes with --repair" audit judged/t.h5 --scale-energy
+refuses "audit: missing table" 1 "none.binary: No such file" audit BBQAL1 judged/none.binary
+refuses "audit: unknown surface" 1 "NOSUCH" audit NOSUCH
+refuses "audit: unknown reference" 1 "NOSUCH" audit judged/t.binary --against NOSUCH
+refuses "audit: bad lookup" 2 "'nearest' is none of" audit BBQAL1 --lookup nearest
+refuses "audit: bad threshold" 2 "outside 0 to 10" audit BBQAL1 --max-excess -1
+refuses "audit: bands" 2 "mono takes one wavelength" audit judged/t.binary --merl-colour mono
+refuses "audit: a directory" 1 "judged" audit judged
+audits "audit: noise" 3 judged/noise.h5
+check "audit: nothing overwritten" test "$(cat judged/old.html judged/old.binary)" = \
+  $'precious\nprecious' -a ! -e judged/n.h5 -a ! -e judged/n.binary
 
 # ---- terminals ---------------------------------------------------------------------------------
 

@@ -11,5 +11,6 @@
 #include <hetab/tabulate.h>
 #include <hetab/table.h>
 #include <hetab/reflectance.h>
+#include <hetab/audit.h>
 #include <hetab/bench.h>
 #endif

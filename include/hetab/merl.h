@@ -37,6 +37,10 @@ hetab_status hetab_merl_save(hetab_context *ctx, const hetab_merl *merl, const c
 /* Any MERL file; HETAB_ERR_PARSE for wrong dimensions or a wrong length, naming both. */
 hetab_status hetab_merl_load(hetab_context *ctx, const char *path, hetab_merl **out);
 
+/* The same for audits: NaN, infinite and negative numbers stay as they are (scaled), but for cells
+ * whose three stored numbers are -1, the mark of the horizon: they hold -1. */
+hetab_status hetab_merl_load_raw(hetab_context *ctx, const char *path, hetab_merl **out);
+
 /* The cell that the reference reader uses: truncating square-root theta_h, truncating theta_d and
  * phi_d, phi_d folded by reciprocity. Angles in radians; phi as everywhere: viewer minus light. */
 size_t hetab_merl_cell(double theta_i, double theta_r, double phi);

@@ -63,6 +63,8 @@ hetab_status hetab_h5_read(hetab_context *ctx, hetab_h5_table *table, size_t wav
                            double *values);
 /* rho_s[wavelength][theta_i]. */
 hetab_status hetab_h5_read_specular(hetab_context *ctx, hetab_h5_table *table, double *values);
+/* bands[wavelength]: wavelength, n, k and the uniform-diffuse BRDF as the file has them. */
+hetab_status hetab_h5_bands(hetab_context *ctx, hetab_h5_table *table, hetab_band *bands);
 /* The root attributes: a number (HETAB_ERR_PARSE if absent or not a number). */
 hetab_status hetab_h5_number(hetab_context *ctx, hetab_h5_table *table, const char *name,
                              double *value);

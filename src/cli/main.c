@@ -8,7 +8,8 @@
 #include "cli.h"
 
 static const cli_command *const commands[] = {&cli_tabulate, &cli_eval,        &cli_devices,
-                                              &cli_surfaces, &cli_reflectance, &cli_bench};
+                                              &cli_surfaces, &cli_reflectance, &cli_audit,
+                                              &cli_bench};
 static const size_t command_count = sizeof commands / sizeof *commands;
 
 static int print_help(void) {
@@ -18,8 +19,8 @@ static int print_help(void) {
   for (size_t i = 0; i < command_count; i++)
     printf("  %-12s %s\n", commands[i]->name, commands[i]->summary);
   puts("\n'hetab COMMAND --help' describes a command, 'hetab --version' prints the version.\n\n"
-       "Exit status: 0 success, 1 failure, 2 mistake on the command line, 128 + N stopped\n"
-       "by signal N.\n\n"
+       "Exit status: 0 success, 1 failure, 2 mistake on the command line, 3 an audit's check\n"
+       "failed, 128 + N stopped by signal N.\n\n"
        "Example:\n"
        "  hetab tabulate BBQAL2 -o bbqal2.h5 -o bbqal2.binary");
   return CLI_OK;

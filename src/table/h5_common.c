@@ -148,11 +148,19 @@ hid_t hetab_h5_file_create(hetab_h5_descriptor *descriptor) {
   return file;
 }
 
-hid_t hetab_h5_file_open(hetab_h5_descriptor *descriptor) {
+static hid_t open_file(hetab_h5_descriptor *descriptor, unsigned access) {
   hid_t list = access_list(descriptor);
-  hid_t file = H5Fopen("table", H5F_ACC_RDONLY, list);
+  hid_t file = H5Fopen("table", access, list);
   H5Pclose(list);
   return file;
+}
+
+hid_t hetab_h5_file_open(hetab_h5_descriptor *descriptor) {
+  return open_file(descriptor, H5F_ACC_RDONLY);
+}
+
+hid_t hetab_h5_file_update(hetab_h5_descriptor *descriptor) {
+  return open_file(descriptor, H5F_ACC_RDWR);
 }
 
 /* --- errors --------------------------------------------------------------------------------- */

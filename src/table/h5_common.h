@@ -13,10 +13,11 @@ typedef struct hetab_h5_descriptor {
   int error; /* errno of the first write that failed; writes are dropped while it is not 0 */
 } hetab_h5_descriptor;
 
-/* A new table, or an existing one for reading, on the descriptor, which must outlive the file.
- * Negative on failure. */
+/* A new table, or an existing one for reading or for changing, on the descriptor, which must
+ * outlive the file. Negative on failure. */
 hid_t hetab_h5_file_create(hetab_h5_descriptor *descriptor);
 hid_t hetab_h5_file_open(hetab_h5_descriptor *descriptor);
+hid_t hetab_h5_file_update(hetab_h5_descriptor *descriptor);
 
 /* Between begin and end HDF5 prints no errors: the innermost message of the first is kept here.
  * The caller's own setting comes back after. */

@@ -297,14 +297,34 @@ hetab_status hetab_h5_read(hetab_context *ctx, hetab_h5_table *table, size_t wav
   return result < 0 ? read_failed(ctx, table, "brdf", &errors) : HETAB_OK;
 }
 
-hetab_status hetab_h5_read_specular(hetab_context *ctx, hetab_h5_table *table, double *values) {
+/* A whole dataset whose size was checked on opening. */
+static hetab_status read_whole(hetab_context *ctx, const hetab_h5_table *table, const char *name,
+                               double *values) {
   hetab_h5_errors errors;
   hetab_h5_errors_begin(&errors);
-  hid_t dataset = H5Dopen2(table->h5, "specular_reflectance", H5P_DEFAULT);
+  hid_t dataset = H5Dopen2(table->h5, name, H5P_DEFAULT);
   herr_t result = H5Dread(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values);
   H5Dclose(dataset);
   hetab_h5_errors_end(&errors);
-  return result < 0 ? read_failed(ctx, table, "specular_reflectance", &errors) : HETAB_OK;
+  return result < 0 ? read_failed(ctx, table, name, &errors) : HETAB_OK;
+}
+
+hetab_status hetab_h5_read_specular(hetab_context *ctx, hetab_h5_table *table, double *values) {
+  return read_whole(ctx, table, "specular_reflectance", values);
+}
+
+hetab_status hetab_h5_bands(hetab_context *ctx, hetab_h5_table *table, hetab_band *bands) {
+  size_t count = (size_t)table->dims[WAVELENGTH];
+  double *values = hetab_alloc(ctx, 3 * count, sizeof *values);
+  hetab_status status = values ? HETAB_OK : HETAB_ERR_MEMORY;
+  static const char *const names[] = {"n", "k", "uniform_diffuse"};
+  for (size_t i = 0; i < 3 && status == HETAB_OK; i++)
+    status = read_whole(ctx, table, names[i], values + i * count);
+  for (size_t w = 0; w < count && status == HETAB_OK; w++)
+    bands[w] =
+        (hetab_band){table->lambda_um[w], values[w], values[count + w], values[2 * count + w]};
+  free(values);
+  return status;
 }
 
 /* One number, whatever its type in the file; negative if the attribute is something else. */

@@ -11,6 +11,7 @@
 
 #include "core/context.h"
 #include "table/atomic_file.h"
+#include "table/half_diff.h"
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__,
                "MERL files are little-endian, and this file writes memory as it is");
@@ -179,22 +180,37 @@ static hetab_status unscale(hetab_context *ctx, hetab_merl *merl, const char *pa
   return HETAB_OK;
 }
 
-static hetab_status read_file(hetab_context *ctx, FILE *file, const char *path, hetab_merl *merl) {
+/* The same, whatever the numbers are. */
+static hetab_status unscale_raw(hetab_context *ctx, hetab_merl *merl, const char *path) {
+  for (size_t i = 0; i < HETAB_MERL_CELLS; i++) {
+    if (is_below_horizon(merl, i))
+      continue;
+    for (int c = 0; c < CHANNELS; c++)
+      merl->values[c][i] *= file_scale[c];
+  }
+  return HETAB_OK;
+}
+
+typedef hetab_status (*unscale_fn)(hetab_context *ctx, hetab_merl *merl, const char *path);
+
+static hetab_status read_file(hetab_context *ctx, FILE *file, const char *path, hetab_merl *merl,
+                              unscale_fn finish) {
   int32_t dims[3];
   HETAB_TRY(read_exactly(ctx, file, path, dims, sizeof dims));
   HETAB_TRY(check_dims(ctx, path, dims));
   HETAB_TRY(check_length(ctx, file, path));
   HETAB_TRY(read_exactly(ctx, file, path, merl->values, sizeof merl->values));
-  return unscale(ctx, merl, path);
+  return finish(ctx, merl, path);
 }
 
-hetab_status hetab_merl_load(hetab_context *ctx, const char *path, hetab_merl **out) {
+static hetab_status load(hetab_context *ctx, const char *path, unscale_fn finish,
+                         hetab_merl **out) {
   *out = NULL;
   FILE *file = fopen(path, "rbe");
   if (!file)
     return hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': %m", path);
   hetab_merl *merl = hetab_alloc(ctx, 1, sizeof *merl);
-  hetab_status status = merl ? read_file(ctx, file, path, merl) : HETAB_ERR_MEMORY;
+  hetab_status status = merl ? read_file(ctx, file, path, merl, finish) : HETAB_ERR_MEMORY;
   fclose(file);
   if (status == HETAB_OK)
     *out = merl;
@@ -203,13 +219,15 @@ hetab_status hetab_merl_load(hetab_context *ctx, const char *path, hetab_merl **
   return status;
 }
 
-/* --- looking up ----------------------------------------------------------------------------- */
+hetab_status hetab_merl_load(hetab_context *ctx, const char *path, hetab_merl **out) {
+  return load(ctx, path, unscale, out);
+}
 
-/* Half and difference angles as the reference reader finds them: the light's direction, turned so
- * that the half vector becomes the pole. */
-typedef struct half_diff {
-  double theta_h, theta_d, phi_d;
-} half_diff;
+hetab_status hetab_merl_load_raw(hetab_context *ctx, const char *path, hetab_merl **out) {
+  return load(ctx, path, unscale_raw, out);
+}
+
+/* --- looking up ----------------------------------------------------------------------------- */
 
 /* Where an azimuth is undefined or the three directions lie in one plane, all that rounding leaves
  * of a component is its noise, and the noise would choose the cell. */
@@ -217,7 +235,7 @@ static double without_noise(double component) {
   return fabs(component) < 1e-15 ? 0 : component;
 }
 
-static half_diff half_diff_angles(double theta_i, double theta_r, double phi) {
+hetab_half_diff hetab_half_diff_of(double theta_i, double theta_r, double phi) {
   double lx = sin(theta_i), lz = cos(theta_i); /* the light, at azimuth 0 */
   double hx = without_noise(lx + sin(theta_r) * cos(phi));
   double hy = without_noise(sin(theta_r) * sin(phi));
@@ -229,7 +247,7 @@ static half_diff half_diff_angles(double theta_i, double theta_r, double phi) {
   double dx = without_noise(turned * cos_h - lz * sin_h);
   double dy = without_noise(-lx * sin_p);
   double dz = turned * sin_h + lz * cos_h;
-  return (half_diff){atan2(hxy, hz), atan2(hypot(dx, dy), dz), atan2(dy, dx)};
+  return (hetab_half_diff){atan2(hxy, hz), atan2(hypot(dx, dy), dz), atan2(dy, dx)};
 }
 
 /* Truncated to an index, as the reference reader does; NaN to the first one. */
@@ -240,7 +258,7 @@ static size_t truncated(double position, size_t count) {
 }
 
 size_t hetab_merl_cell(double theta_i, double theta_r, double phi) {
-  half_diff angles = half_diff_angles(theta_i, theta_r, phi);
+  hetab_half_diff angles = hetab_half_diff_of(theta_i, theta_r, phi);
   /* f(i, r) = f(r, i): phi_d and phi_d + pi share a cell. */
   double phi_d = angles.phi_d < 0 ? angles.phi_d + pi : angles.phi_d;
   double theta_h_deg = angles.theta_h / half_pi * 90;

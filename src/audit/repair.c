@@ -1,0 +1,89 @@
+#include "audit/repair.h"
+
+#include <math.h>
+#include <sys/stat.h>
+
+#include "audit/table_audit.h"
+
+/* Smaller corrections are rounding, not repair. */
+static const double counts_from = 1e-6;
+
+static int note_change(double before, double after, hetab_repair_report *report) {
+  double change = fabs(after - before), larger = fmax(fabs(before), fabs(after));
+  double relative = larger > 0 ? change / larger : 0;
+  report->max_change_abs = fmax(report->max_change_abs, change);
+  report->max_change_rel = fmax(report->max_change_rel, relative);
+  return relative > counts_from;
+}
+
+static int is_good(double value) {
+  return isfinite(value) && value >= 0;
+}
+
+static double neighbours_mean(const double *row, size_t count, size_t at) {
+  double sum = 0, found = 0;
+  for (size_t p = at; p-- > 0;)
+    if (is_good(row[p])) {
+      sum += row[p];
+      found++;
+      break;
+    }
+  for (size_t p = at + 1; p < count; p++)
+    if (is_good(row[p])) {
+      sum += row[p];
+      found++;
+      break;
+    }
+  return found > 0 ? sum / found : 0;
+}
+
+void hetab_repair_row(double *row, size_t count, hetab_repair_report *report) {
+  report->entries += count;
+  for (size_t p = 0; p < count; p++) {
+    if (is_good(row[p]))
+      continue;
+    double after = isfinite(row[p]) ? 0 : neighbours_mean(row, count, p);
+    report->clamped += isfinite(row[p]) != 0;
+    report->replaced += isfinite(row[p]) == 0;
+    note_change(isfinite(row[p]) ? row[p] : 0, after, report);
+    row[p] = after;
+  }
+}
+
+void hetab_repair_pair(double *a, double *b, hetab_repair_report *report) {
+  double mean = 0.5 * *a + 0.5 * *b;
+  if (*a == *b)
+    return;
+  report->symmetrised += (size_t)note_change(*a, mean, report);
+  report->symmetrised += (size_t)note_change(*b, mean, report);
+  *a = *b = mean;
+}
+
+double hetab_repair_scale(double found, double allowed, hetab_repair_report *report) {
+  if (!(found > allowed))
+    return 1;
+  double scale = fmax(allowed, 0) / found;
+  report->scaled_incidences++;
+  report->smallest_scale = fmin(report->smallest_scale, scale);
+  return scale;
+}
+
+static int is_same_file(const char *a, const char *b) {
+  struct stat about_a, about_b;
+  return stat(a, &about_a) == 0 && stat(b, &about_b) == 0 && about_a.st_dev == about_b.st_dev &&
+         about_a.st_ino == about_b.st_ino;
+}
+
+hetab_status hetab_repair(hetab_context *ctx, const char *path, const char *out_path,
+                          hetab_lookup lookup, int scale_energy, int overwrite,
+                          hetab_repair_report *report) {
+  int is_h5 = hetab_audit_is_h5(path);
+  *report = (hetab_repair_report){.smallest_scale = 1};
+  if (is_same_file(path, out_path))
+    return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
+                      "'%s' is not repaired in place: give another name to write to", path);
+  if (lookup == HETAB_LOOKUP_DEFAULT)
+    lookup = is_h5 ? HETAB_LOOKUP_INTERPOLATE : HETAB_LOOKUP_TRUNCATE;
+  return (is_h5 ? hetab_repair_h5 : hetab_repair_merl)(ctx, path, out_path, lookup, scale_energy,
+                                                       overwrite, report);
+}

@@ -1,0 +1,15 @@
+/* The values that tables of a surface would hold. */
+#ifndef HETAB_AUDIT_SURFACE_VALUES_H
+#define HETAB_AUDIT_SURFACE_VALUES_H
+
+#include "audit/audit_internal.h"
+
+enum { HETAB_WHERE = 96 };
+
+/* Fills audit->cells, audit->reciprocity and the bands' min and max from the surface computed at
+ * every degree of theta_i and theta_r and every second of phi; `where` tells of the worst pair. */
+hetab_status hetab_surface_values(hetab_context *ctx, hetab_engine *engine,
+                                  const hetab_surface *surface, hetab_audit *audit,
+                                  char where[HETAB_WHERE]);
+
+#endif
