@@ -352,7 +352,7 @@ one_line "a directory as input" $? 1 "stdin: Is a directory"
 works "bench" bench smooth --samples 200 --repeats 1 --csv bench.csv
 check "bench table" has '^smooth +rows +float'
 check "bench header" test "$(head -1 bench.csv)" = "surface,method,precision,tolerance,\
-entries_per_s,ratio_literal,ratio_store,max_rel,p99_rel,rms_rel,samples,device,version"
+entries_per_s,ratio_literal,ratio_store,operations,ratio_peak,max_rel,p99_rel,rms_rel,samples,device,version"
 check "bench baselines" test "$(grep -Ec '^smooth,(literal|store),' bench.csv)" -ge 2
 refuses "bench: existing file" 1 "bench.csv exists" bench smooth --csv bench.csv
 refuses "bench: unknown surface" 1 "NOSUCH" bench NOSUCH
