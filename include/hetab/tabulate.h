@@ -34,10 +34,14 @@ typedef struct hetab_error_stats {
 
 typedef struct hetab_report {
   double entries;          /* spectral entries evaluated */
-  double kernel_seconds;   /* time in kernels, summed over slabs, as wall time per device */
+  double kernel_seconds;   /* running kernels and what they wait for, summed over devices */
   double wall_seconds;     /* whole call, the sink included */
   hetab_error_stats error; /* against the literal reference, on a random sample */
   size_t clamped;          /* MERL: cells with a negative linear sRGB value, set to 0 */
+  hetab_method method;     /* how it was made: of the engine */
+  hetab_precision precision;
+  double tolerance;
+  char device[512]; /* the devices that took part, in words */
 } hetab_report;
 
 typedef struct hetab_tabulate_options {

@@ -94,18 +94,27 @@ static hetab_status open_lane(hetab_context *ctx, const hetab_engine *engine, cl
   return hetab_cl_check(ctx, error, "clCreateCommandQueue", device);
 }
 
+/* Every lane in words, and all of them. */
 static void describe(hetab_engine *engine) {
   size_t length = 0;
   for (int i = 0; i < engine->lane_count; i++) {
+    hetab_lane *lane = &engine->lanes[i];
     char name[128];
-    cl_device_id device = engine->lanes[i].device;
-    hetab_cl_device_text(device, CL_DEVICE_NAME, name, sizeof name);
+    hetab_cl_device_text(lane->device, CL_DEVICE_NAME, name, sizeof name);
+    snprintf(lane->text, sizeof lane->text, "%s, %u compute units", name,
+             hetab_cl_device_uint(lane->device, CL_DEVICE_MAX_COMPUTE_UNITS));
     int written = snprintf(engine->device_text + length, sizeof engine->device_text - length,
-                           "%s%s, %u compute units", i ? "; " : "", name,
-                           hetab_cl_device_uint(device, CL_DEVICE_MAX_COMPUTE_UNITS));
+                           "%s%s", i ? "; " : "", lane->text);
     if (written < 0 || (length += (size_t)written) >= sizeof engine->device_text)
       return;
   }
+}
+
+hetab_report hetab_report_of(const hetab_engine *engine, const char *device) {
+  hetab_report report = {
+      .method = engine->method, .precision = engine->precision, .tolerance = engine->tolerance};
+  snprintf(report.device, sizeof report.device, "%s", device);
+  return report;
 }
 
 static hetab_status open_lanes(hetab_context *ctx, const char *selector, hetab_engine *engine) {

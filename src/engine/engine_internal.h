@@ -6,6 +6,7 @@
 #include <stdint.h>
 
 #include <hetab/engine.h>
+#include <hetab/tabulate.h>
 
 #include "core/context.h"
 #include "model/atlas.h"
@@ -18,6 +19,7 @@ typedef struct hetab_lane {
   cl_context context;
   cl_command_queue queue;
   int vector_width;
+  char text[160];  /* the device in words */
   size_t local[2]; /* work-group: along a row, rows */
 } hetab_lane;
 
@@ -29,6 +31,9 @@ struct hetab_engine {
   hetab_lane lanes[HETAB_MOST_LANES];
   char device_text[512];
 };
+
+/* A report that says how its table is made; everything else 0. */
+hetab_report hetab_report_of(const hetab_engine *engine, const char *device);
 
 /* Build the kernel of a program (kernels/PROGRAM.cl) for a lane; atlas gives the build options of
  * the row kernels, NULL elsewhere. Release with clReleaseKernel. */

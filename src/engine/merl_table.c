@@ -200,8 +200,13 @@ static hetab_status collect(merl_job *job) {
   return hetab_cl_check(job->ctx, clFinish(lane->queue), "clFinish", lane->device);
 }
 
+static double samples_per_cell(const merl_job *job) {
+  return (double)(job->sub.count * job->sub.count * job->sub.count);
+}
+
 static hetab_status evaluate_cells(merl_job *job) {
-  double total = (double)(job->sub.count * job->sub.count), done = 0.0;
+  double total = HETAB_MERL_CELLS * samples_per_cell(job) * (double)job->band_count, done = 0.0;
+  double part = total / (double)(job->sub.count * job->sub.count);
   for (int h = 0; h < job->sub.count; h++)
     for (int d = 0; d < job->sub.count; d++) {
       hetab_status status = upload_frame(job, job->sub.offset[h], job->sub.offset[d]);
@@ -211,7 +216,7 @@ static hetab_status evaluate_cells(merl_job *job) {
         status = collect(job);
       release_frame(job);
       HETAB_TRY(status);
-      HETAB_TRY(hetab_progress(job->ctx, ++done, total));
+      HETAB_TRY(hetab_progress(job->ctx, done += part, total));
     }
   return HETAB_OK;
 }
@@ -463,13 +468,14 @@ hetab_status hetab_tabulate_merl(hetab_context *ctx, hetab_engine *engine,
   HETAB_GOTO(add_specular_cone(&job));
   HETAB_GOTO(hetab_merl_create(ctx, out));
   size_t clamped = fill_table(&job, *out);
-  if (report)
-    *report = (hetab_report){.entries = (double)HETAB_MERL_CELLS * job.sub.count * job.sub.count *
-                                        job.sub.count * (double)job.band_count,
-                             .kernel_seconds = job.kernel_seconds,
-                             .wall_seconds = hetab_seconds() - start,
-                             .error = error,
-                             .clamped = clamped};
+  if (report) {
+    *report = hetab_report_of(engine, engine->lanes[0].text);
+    report->entries = (double)HETAB_MERL_CELLS * samples_per_cell(&job) * (double)job.band_count;
+    report->kernel_seconds = job.kernel_seconds;
+    report->wall_seconds = hetab_seconds() - start;
+    report->error = error;
+    report->clamped = clamped;
+  }
 done:
   clear(&job);
   return status;

@@ -319,11 +319,13 @@ hetab_status hetab_tabulate(hetab_context *ctx, hetab_engine *engine, const heta
   HETAB_GOTO(hetab_sample_create(ctx, options ? options->samples : 2000, (uint64_t)total,
                                  options ? options->seed : 0, &sample));
   HETAB_GOTO(run(&job, &sample, sink, user, total));
-  if (report)
-    *report = (hetab_report){.entries = total,
-                             .kernel_seconds = job.kernel_seconds,
-                             .wall_seconds = hetab_seconds() - start,
-                             .error = hetab_sample_finish(&sample)};
+  if (report) {
+    *report = hetab_report_of(engine, engine->device_text);
+    report->entries = total;
+    report->kernel_seconds = job.kernel_seconds;
+    report->wall_seconds = hetab_seconds() - start;
+    report->error = hetab_sample_finish(&sample);
+  }
 done:
   hetab_sample_clear(&sample);
   hetab_dense_clear(&job.dense);
