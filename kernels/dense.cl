@@ -1,9 +1,8 @@
 /* Dense tables: entry [theta_r][phi] of the rows (theta_i, theta_r) of one wavelength.
  *
  * One work-item takes HETAB_VW neighbouring entries of a row at a time and strides through the row
- * with its neighbours of dimension 0 (one on a CPU, a work-group on a GPU); dimension 1 counts the
- * rows. Rows (theta_i, theta_r) and (theta_r, theta_i) are equal: where a slab holds both, one is
- * computed and stored twice. Two methods and a limit:
+ * with its HETAB_ROW_ITEMS - 1 neighbours. Rows (theta_i, theta_r) and (theta_r, theta_i) are
+ * equal: where a slab holds both, one is computed and stored twice. Two methods and a limit:
  *   hetab_k_dense_rows    polynomials of the atlas (default)
  *   hetab_k_dense_series  the constant-cost series at every entry
  *   hetab_k_dense_store   writes and does nothing else: the ceiling of the device's memory
@@ -89,8 +88,8 @@ static inline int hetab_row_own(int entry, int phi_count) {
 static inline void hetab_row_by_series(const hetab_row *row, __global const real *one_plus_cos,
                                        int phi_count) {
   vreal g = (vreal)(row->wave.g.hi * row->mu2_ratio2.hi);
-  for (int e = get_local_id(0) * HETAB_VW; e < phi_count;
-       e += get_local_size(0) * hetab_row_own(e, phi_count)) {
+  for (int e = hetab_row_item() * HETAB_VW; e < phi_count;
+       e += HETAB_ROW_ITEMS * hetab_row_own(e, phi_count)) {
     vreal lateral2 = hetab_row_lateral2(row, V_LOAD(0, one_plus_cos + e));
     vreal h = hetab_h(g, row->wave.x.hi * lateral2);
     hetab_row_store(row, hetab_row_value(row, lateral2, h), e, phi_count);
@@ -111,7 +110,7 @@ static inline void hetab_row_by_atlas(const hetab_row *row, const hetab_atlas *a
   real x_end = head[4];
   hetab_segment s;
   s.start = x_end; /* no segment yet */
-  for (int e = get_local_id(0) * HETAB_VW; e < phi_count; e += get_local_size(0) * own) {
+  for (int e = hetab_row_item() * HETAB_VW; e < phi_count; e += HETAB_ROW_ITEMS * own) {
     own = hetab_row_own(e, phi_count);
     vreal q = V_LOAD(0, one_plus_cos + e);
     vreal value = (vreal)row->wave.diffuse_brdf;
@@ -134,14 +133,14 @@ static inline void hetab_row_by_atlas(const hetab_row *row, const hetab_atlas *a
   }
 }
 
-/* Rows below the atlas's range of g, within a degree of grazing on both sides, take the series. */
+/* Rows below the atlas's range of g (src/engine/dense.c says which) take the series. */
 __kernel void hetab_k_dense_rows(__global const int *rows, int row_count,
                                  __global const real *waves, int wavelength,
                                  __global const real *pairs, __global const real *one_plus_cos,
                                  int phi_count, __global real *out, __global const real *panels,
                                  __global const real *segments, __global const real *coefficients,
                                  int panel_count, int first_panel) {
-  int r = get_global_id(1);
+  int r = hetab_row_number();
   if (r >= row_count)
     return;
   hetab_atlas atlas = {panels, segments, coefficients, panel_count, first_panel};
@@ -157,7 +156,7 @@ __kernel void hetab_k_dense_series(__global const int *rows, int row_count,
                                    __global const real *waves, int wavelength,
                                    __global const real *pairs, __global const real *one_plus_cos,
                                    int phi_count, __global real *out) {
-  int r = get_global_id(1);
+  int r = hetab_row_number();
   if (r >= row_count)
     return;
   hetab_row row = hetab_row_of(waves, wavelength, pairs, rows + 2 * r, out, phi_count);
@@ -165,11 +164,11 @@ __kernel void hetab_k_dense_series(__global const int *rows, int row_count,
 }
 
 __kernel void hetab_k_dense_store(int row_count, int phi_count, __global real *out) {
-  int r = get_global_id(1);
+  int r = hetab_row_number();
   if (r >= row_count)
     return;
   out += (size_t)r * phi_count;
-  for (int e = get_local_id(0) * HETAB_VW; e < phi_count;
-       e += get_local_size(0) * hetab_row_own(e, phi_count))
+  for (int e = hetab_row_item() * HETAB_VW; e < phi_count;
+       e += HETAB_ROW_ITEMS * hetab_row_own(e, phi_count))
     hetab_store((vreal)RC(1.0), out, e, phi_count);
 }

@@ -40,7 +40,7 @@ static inline void hetab_cells_add(hetab_cells *cells, const hetab_wave *wave, i
     cells->sum[c][at] += wave->weight[c] * value;
 }
 
-/* The cells whose g lies below the atlas: within a degree of grazing on both sides. */
+/* The cells whose g lies below the atlas. */
 static inline void hetab_cells_by_series(hetab_cells *cells, const hetab_wave *wave, real g_row,
                                          real x, real factor, real g_below) {
   for (int v = 0; v < cells->count; v++) {
@@ -79,7 +79,8 @@ static inline void hetab_cells_spectrum(hetab_cells *cells, __global const real 
   hetab_two lateral2 = {frame[0], frame[1]};
   real mu2 = frame[2];
   real cos2_d = fmin(RC(0.25) * (mu2 + lateral2.hi), RC(1.0));
-  real g_below = hetab_panel_start(atlas, 0);
+  /* without an atlas (the series method) every cell takes the series */
+  real g_below = atlas->panel_count > 0 ? hetab_panel_start(atlas, 0) : INFINITY;
   for (int w = 0; w < wavelength_count; w++) {
     hetab_wave wave = hetab_wave_load(waves, w);
     real fresnel = V_FIRST(hetab_fresnel((vreal)cos2_d, (vreal)wave.e1, (vreal)wave.nk));
@@ -102,14 +103,14 @@ __kernel void hetab_k_half_diff(__global const real *waves, int wavelength_count
                                 __global const real *panels, __global const real *segments,
                                 __global const real *coefficients, int panel_count, int first_panel,
                                 __global real *channels) {
-  int r = get_global_id(1);
+  int r = hetab_row_number();
   if (r >= row_count)
     return;
   hetab_atlas atlas = {panels, segments, coefficients, panel_count, first_panel};
   const real diffuse[HETAB_CHANNELS] = {diffuse0, diffuse1, diffuse2};
   size_t start = (size_t)r * stride, plane = (size_t)row_count * stride;
-  int step = get_local_size(0) * HETAB_VW;
-  for (int e = get_local_id(0) * HETAB_VW; e < stride; e += HETAB_BATCH * step) {
+  int step = HETAB_ROW_ITEMS * HETAB_VW;
+  for (int e = hetab_row_item() * HETAB_VW; e < stride; e += HETAB_BATCH * step) {
     hetab_cells cells;
     vreal shadow[HETAB_BATCH], lowest_mu[HETAB_BATCH];
     cells.count = min(HETAB_BATCH, (stride - e + step - 1) / step);

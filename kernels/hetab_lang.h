@@ -41,7 +41,6 @@ typedef real vreal;
 #define V_BITS(v) HETAB_CAT(as_, HETAB_INT)(v)
 #define V_FROM_BITS(v) HETAB_CAT(as_, HETAB_REAL)(v)
 #define V_FIRST(v) (v)
-#define V_LAST(v) (v)
 #else
 typedef HETAB_CAT(HETAB_REAL, HETAB_VW) vreal;
 #define V_ANY(mask) any(mask)
@@ -50,16 +49,19 @@ typedef HETAB_CAT(HETAB_REAL, HETAB_VW) vreal;
 #define V_BITS(v) HETAB_CAT(as_, HETAB_CAT(HETAB_INT, HETAB_VW))(v)
 #define V_FROM_BITS(v) HETAB_CAT(as_, HETAB_CAT(HETAB_REAL, HETAB_VW))(v)
 #define V_FIRST(v) ((v).s0)
-#if HETAB_VW == 16
-#define V_LAST(v) ((v).sf)
-#elif HETAB_VW == 8
-#define V_LAST(v) ((v).s7)
-#elif HETAB_VW == 4
-#define V_LAST(v) ((v).s3)
-#else
-#define V_LAST(v) ((v).s1)
 #endif
+
+/* Kernels over rows: HETAB_ROW_ITEMS neighbouring work-items (a build option: 1 on CPUs, a group on
+ * GPUs, so that neighbours store neighbours) share a row. */
+#ifndef HETAB_ROW_ITEMS
+#define HETAB_ROW_ITEMS 1
 #endif
+static inline int hetab_row_number(void) {
+  return (int)(get_global_id(0) / HETAB_ROW_ITEMS);
+}
+static inline int hetab_row_item(void) {
+  return (int)(get_global_id(0) % HETAB_ROW_ITEMS);
+}
 
 /* The least and the largest lane, and the sum of all. */
 #define HETAB_REDUCE_1(f, v) (v)

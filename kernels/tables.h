@@ -44,6 +44,7 @@ typedef struct hetab_two {
 
 /* a b - c, where c is near a b: the product's rounding error is recovered by one fma. */
 static inline real hetab_product_less(hetab_two a, hetab_two b, real c) {
+#pragma OPENCL FP_CONTRACT OFF
   real p = a.hi * b.hi;
   real rest = fma(a.hi, b.hi, -p) + (a.hi * b.lo + a.lo * b.hi);
   return (p - c) + rest;

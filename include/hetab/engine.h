@@ -13,7 +13,7 @@ extern "C" {
 typedef enum hetab_precision { HETAB_FLOAT, HETAB_DOUBLE } hetab_precision;
 
 typedef enum hetab_method {
-  HETAB_METHOD_ROWS,   /* exact series at a few nodes of a row, a polynomial between them */
+  HETAB_METHOD_ROWS,   /* polynomials of the series, made by the host to the tolerance */
   HETAB_METHOD_SERIES, /* the constant-cost series at every entry */
   HETAB_METHOD_LITERAL /* the printed equations in double on one host core, no device */
 } hetab_method;
@@ -33,7 +33,9 @@ typedef struct hetab_device_info {
 hetab_status hetab_device_list(hetab_context *ctx, hetab_device_info **list, size_t *count);
 
 typedef struct hetab_engine_options {
-  const char *devices;       /* "0", "0,1", part of a name, "all"; NULL: the first device */
+  /* "0", "0,1", part of a name, "all"; NULL: the first device. Dense tables share all of them;
+   * points, MERL tables and reflectances take the first. */
+  const char *devices;
   hetab_precision precision; /* of the arithmetic on the device */
   hetab_method method;
   /* Relative error that the rows method keeps; 0: 1e-5 float, 1e-9 double. At least 1e-5 in float,

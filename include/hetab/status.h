@@ -1,9 +1,9 @@
 /* Status codes, the context, error messages and progress.
  *
- * Every function that can fail returns a hetab_status, HETAB_OK being 0, and leaves its outputs
- * untouched (handles set to NULL) on failure. The one-line message that says what went wrong,
- * where, and how to mend it is kept in the context: hetab_error_message(). The library prints
- * nothing and never exits.
+ * Every function that can fail returns a hetab_status, HETAB_OK being 0, and sets its handle
+ * outputs to NULL on failure; what it left in output arrays then is not to be used. The one-line
+ * message that says what went wrong, where, and how to mend it is kept in the context:
+ * hetab_error_message(). The library prints nothing and never exits.
  *
  * A context serves one thread at a time; give each thread its own.
  */

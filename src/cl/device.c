@@ -135,24 +135,48 @@ static int selector_matches(const char *selector, size_t index, cl_device_id dev
   }
 }
 
+static hetab_status no_match(hetab_context *ctx, const char *word, size_t all) {
+  return hetab_fail(
+      ctx, HETAB_ERR_DEVICE,
+      "no OpenCL device matches '%.*s'; there %s %zu, numbered from 0 (see the list of "
+      "devices)",
+      (int)strcspn(word, ","), word, all == 1 ? "is" : "are", all);
+}
+
+/* Every word of the selector has to name a device. */
+static hetab_status check_words(hetab_context *ctx, const char *selector,
+                                const cl_device_id *devices, size_t count) {
+  for (const char *word = selector;; word++) {
+    const char *end = word + strcspn(word, ",");
+    int found = 0;
+    for (size_t i = 0; i < count && !found; i++)
+      found = word_matches(word, end, i, devices[i]);
+    if (!found)
+      return no_match(ctx, word, count);
+    if (!*end)
+      return HETAB_OK;
+    word = end;
+  }
+}
+
 hetab_status hetab_cl_select(hetab_context *ctx, const char *selector, cl_device_id **devices,
                              size_t *count) {
+  const char *words = selector ? selector : "0";
   size_t all = 0;
   *count = 0;
   HETAB_TRY(all_devices(ctx, devices, &all));
+  hetab_status status =
+      all ? check_words(ctx, words, *devices, all)
+          : hetab_fail(ctx, HETAB_ERR_DEVICE,
+                       "no OpenCL device found; install a driver, for example the package "
+                       "pocl-opencl-icd, which runs OpenCL on the CPU");
+  if (status != HETAB_OK) {
+    free(*devices);
+    *devices = NULL;
+    return status;
+  }
   for (size_t i = 0; i < all; i++)
-    if (selector_matches(selector ? selector : "0", i, (*devices)[i]))
+    if (selector_matches(words, i, (*devices)[i]))
       (*devices)[(*count)++] = (*devices)[i];
-  if (*count)
-    return HETAB_OK;
-  free(*devices);
-  *devices = NULL;
-  if (!all)
-    return hetab_fail(ctx, HETAB_ERR_DEVICE,
-                      "no OpenCL device found; install a driver, for example the package "
-                      "pocl-opencl-icd, which runs OpenCL on the CPU");
-  return hetab_fail(ctx, HETAB_ERR_DEVICE,
-                    "no OpenCL device matches '%s'; there %s %zu, numbered from 0 (see the list of "
-                    "devices)",
-                    selector, all == 1 ? "is" : "are", all);
+  return HETAB_OK;
 }

@@ -31,6 +31,14 @@ static hash128 hash_text(hash128 hash, const char *text) {
   }
 }
 
+static hash128 hash_platform(hash128 hash, cl_device_id device) {
+  cl_platform_id platform = NULL;
+  char text[256] = "";
+  clGetDeviceInfo(device, CL_DEVICE_PLATFORM, sizeof platform, &platform, NULL);
+  clGetPlatformInfo(platform, CL_PLATFORM_VERSION, sizeof text - 1, text, NULL);
+  return hash_text(hash, text);
+}
+
 static hash128 cache_key(cl_device_id device, const char *source, const char *options) {
   static const cl_device_info facts[] = {CL_DEVICE_NAME, CL_DEVICE_VERSION, CL_DRIVER_VERSION,
                                          CL_DEVICE_VENDOR};
@@ -40,7 +48,7 @@ static hash128 cache_key(cl_device_id device, const char *source, const char *op
     hetab_cl_device_text(device, facts[i], text, sizeof text);
     hash = hash_text(hash, text);
   }
-  return hash;
+  return hash_platform(hash, device);
 }
 
 /* $XDG_CACHE_HOME/hetab or ~/.cache/hetab, created if need be; 0 where there is no such place. */
@@ -151,9 +159,10 @@ static void store_cached(cl_program program, const char *path) {
   unsigned char *bytes = malloc(size);
   if (!bytes)
     return;
-  snprintf(temporary, sizeof temporary, "%s.%ld", path, (long)getpid());
   if (clGetProgramInfo(program, CL_PROGRAM_BINARIES, sizeof bytes, &bytes, NULL) == CL_SUCCESS) {
-    FILE *file = fopen(temporary, "wb");
+    snprintf(temporary, sizeof temporary, "%s.XXXXXX", path);
+    int fd = mkstemp(temporary);
+    FILE *file = fd >= 0 ? fdopen(fd, "wb") : NULL;
     if (file) {
       cache_header header = header_of(bytes, size);
       int whole = fwrite(&header, sizeof header, 1, file) == 1;

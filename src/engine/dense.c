@@ -6,11 +6,12 @@
 
 #include "kernels/tables.h"
 #include "model/fresnel_fit.h"
+#include "model/limits.h"
 
 enum { PAD = 16 /* the widest vector */ };
-static const size_t SLAB_BYTES = 32u << 20, SLAB_ROWS = 1u << 19;
-/* Below this fraction of the largest g only rows within a quarter of a degree of grazing on both
- * sides are left: they take the series instead of the atlas. */
+static const size_t SLAB_BYTES = 32u << 20, SLAB_ROWS = 1u << 19, ROW_BYTES = 128u << 20;
+/* The atlas reaches down to this fraction of the smallest g of normal directions: only rows within
+ * a quarter of a degree of grazing on both sides are below, and take the series. */
 static const double G_RANGE = 1e-5;
 /* Of the tolerance, what the fit of Fresnel's equations may take. */
 static const double FRESNEL_SHARE = 0.02;
@@ -73,6 +74,20 @@ static double *wave_rows(hetab_context *ctx, const hetab_engine *engine,
   return rows;
 }
 
+/* Two slabs per device are in memory, each at least one row of theta_i. */
+static hetab_status check_row_size(hetab_context *ctx, const hetab_engine *engine,
+                                   const hetab_dense *dense) {
+  double bytes = (double)dense->count[HETAB_THETA_R] * (double)dense->count[HETAB_PHI] *
+                 (double)hetab_real_size(engine);
+  if (bytes <= (double)ROW_BYTES)
+    return HETAB_OK;
+  return hetab_fail(
+      ctx, HETAB_ERR_RANGE,
+      "%zu theta_r x %zu phi are %.0f MiB for each theta_i, over the %zu MiB that are "
+      "held in memory at a time; use a coarser grid, or several tables",
+      dense->count[HETAB_THETA_R], dense->count[HETAB_PHI], bytes / (1 << 20), ROW_BYTES >> 20);
+}
+
 /* theta_i rows per slab: as many as fit, at least one. */
 static size_t slab_rows(const hetab_engine *engine, const hetab_dense *dense) {
   size_t row_bytes =
@@ -85,10 +100,11 @@ static size_t slab_rows(const hetab_engine *engine, const hetab_dense *dense) {
 
 hetab_status hetab_engine_atlas(hetab_context *ctx, const hetab_engine *engine, const double *waves,
                                 size_t wave_count, double tau_2sigma, hetab_atlas *atlas) {
-  double g_max = 0.0, amplitude = 0.0;
+  double g_max = 0.0, g_min = HUGE_VAL, amplitude = 0.0;
   int width = 1;
   for (size_t w = 0; w < wave_count; w++) {
     g_max = fmax(g_max, 4.0 * waves[w * HETAB_WAVE_REALS]);
+    g_min = fmin(g_min, 4.0 * waves[w * HETAB_WAVE_REALS]);
     amplitude = fmax(amplitude, waves[w * HETAB_WAVE_REALS + 4]);
   }
   for (int i = 0; i < engine->lane_count; i++)
@@ -98,12 +114,13 @@ hetab_status hetab_engine_atlas(hetab_context *ctx, const hetab_engine *engine, 
   double tolerance = HETAB_ATLAS_SHARE * engine->tolerance;
   hetab_atlas_degrees(tolerance, width, atlas);
   atlas->ln_h_end = fmin(log(ZERO_BELOW / largest), -1.0);
-  return hetab_atlas_build(ctx, G_RANGE * g_max, g_max, tolerance, atlas);
+  return hetab_atlas_build(ctx, G_RANGE * g_min, g_max, tolerance, atlas);
 }
 
 hetab_status hetab_dense_create(hetab_context *ctx, const hetab_engine *engine,
                                 const hetab_surface *surface, const hetab_grid *grid,
                                 hetab_dense *dense) {
+  HETAB_TRY(hetab_check_surface(ctx, surface));
   *dense = (hetab_dense){.surface = surface, .grid = grid};
   for (int axis = 0; axis < HETAB_AXIS_COUNT; axis++)
     dense->count[axis] = hetab_grid_count(grid, (hetab_axis)axis);
@@ -117,6 +134,8 @@ hetab_status hetab_dense_create(hetab_context *ctx, const hetab_engine *engine,
   if (!dense->theta_i || !dense->theta_r || !dense->one_plus_cos || !dense->waves)
     status = HETAB_ERR_MEMORY;
   dense->rows_i = slab_rows(engine, dense);
+  if (status == HETAB_OK)
+    status = check_row_size(ctx, engine, dense);
   dense->is_reciprocal =
       dense->count[HETAB_THETA_I] == dense->count[HETAB_THETA_R] &&
       memcmp(hetab_grid_deg(grid, HETAB_THETA_I), hetab_grid_deg(grid, HETAB_THETA_R),

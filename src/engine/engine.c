@@ -67,12 +67,12 @@ static void choose_shape(hetab_lane *lane, hetab_precision precision) {
                                                    : CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT;
   if (hetab_cl_device_is_cpu(lane->device)) {
     lane->vector_width = power_of_two_up_to_16(hetab_cl_device_uint(lane->device, width));
-    lane->local[0] = 1;
-    lane->local[1] = 8;
+    lane->row_items = 1;
+    lane->group_rows = 8;
   } else {
     lane->vector_width = 1;
-    lane->local[0] = 64;
-    lane->local[1] = 1;
+    lane->row_items = 64;
+    lane->group_rows = 1;
   }
 }
 
@@ -194,11 +194,12 @@ hetab_status hetab_lane_kernel(hetab_context *ctx, const hetab_engine *engine,
   char options[256];
   cl_program built;
   cl_int error = CL_SUCCESS;
-  snprintf(options, sizeof options,
-           "-cl-std=CL1.2 -DHETAB_REAL_BITS=%d -DHETAB_VW=%d -DHETAB_ATLAS_X=%d "
-           "-DHETAB_ATLAS_X_PAD=%d -DHETAB_ATLAS_G=%d -DHETAB_ATLAS_G_PAD=%d",
-           engine->precision == HETAB_DOUBLE ? 64 : 32, lane->vector_width, a->degree_x, a->pad_x,
-           a->degree_g, a->pad_g);
+  snprintf(
+      options, sizeof options,
+      "-cl-std=CL1.2 -DHETAB_REAL_BITS=%d -DHETAB_VW=%d -DHETAB_ROW_ITEMS=%d -DHETAB_ATLAS_X=%d "
+      "-DHETAB_ATLAS_X_PAD=%d -DHETAB_ATLAS_G=%d -DHETAB_ATLAS_G_PAD=%d",
+      engine->precision == HETAB_DOUBLE ? 64 : 32, lane->vector_width, (int)lane->row_items,
+      a->degree_x, a->pad_x, a->degree_g, a->pad_g);
   HETAB_TRY(hetab_cl_program(ctx, lane->context, lane->device, program, options, &built));
   *out = clCreateKernel(built, kernel, &error);
   clReleaseProgram(built); /* the kernel holds it */
@@ -265,10 +266,14 @@ void hetab_arg_real(hetab_args *args, double value) {
 
 hetab_status hetab_lane_run_rows(hetab_context *ctx, const hetab_lane *lane, cl_kernel kernel,
                                  size_t rows) {
-  size_t group = lane->local[1];
-  size_t global[2] = {lane->local[0], (rows + group - 1) / group * group};
-  HETAB_CL_TRY(ctx, lane->device, clEnqueueNDRangeKernel, lane->queue, kernel, 2, NULL, global,
-               lane->local, 0, NULL, NULL);
+  size_t group = lane->row_items * lane->group_rows, most = 0;
+  clGetKernelWorkGroupInfo(kernel, lane->device, CL_KERNEL_WORK_GROUP_SIZE, sizeof most, &most,
+                           NULL);
+  size_t groups = (rows + lane->group_rows - 1) / lane->group_rows, global = groups * group;
+  /* a device that does not take such groups chooses its own: the kernels have no barriers */
+  const size_t *local = group <= most ? &group : NULL;
+  HETAB_CL_TRY(ctx, lane->device, clEnqueueNDRangeKernel, lane->queue, kernel, 1, NULL, &global,
+               local, 0, NULL, NULL);
   HETAB_CL_TRY(ctx, lane->device, clFinish, lane->queue);
   return HETAB_OK;
 }

@@ -19,8 +19,8 @@ typedef struct hetab_lane {
   cl_context context;
   cl_command_queue queue;
   int vector_width;
-  char text[160];  /* the device in words */
-  size_t local[2]; /* work-group: along a row, rows */
+  char text[160];               /* the device in words */
+  size_t row_items, group_rows; /* kernels over rows: work-items a row, rows a work-group */
 } hetab_lane;
 
 struct hetab_engine {
@@ -72,7 +72,7 @@ void hetab_arg_mem(hetab_args *args, cl_mem buffer);
 void hetab_arg_int(hetab_args *args, size_t value);
 void hetab_arg_real(hetab_args *args, double value);
 
-/* Run over rows (dimension 1), the lane's work-group along each; blocks until done. */
+/* Run a kernel over rows; blocks until done. */
 hetab_status hetab_lane_run_rows(hetab_context *ctx, const hetab_lane *lane, cl_kernel kernel,
                                  size_t rows);
 

@@ -11,6 +11,7 @@
 #include "engine/specular_cone.h"
 #include "kernels/tables.h"
 #include "model/colour.h"
+#include "model/limits.h"
 
 enum { ROWS = HETAB_MERL_THETA_H * HETAB_MERL_THETA_D, CHANNELS = 3, MEAN_SUBSAMPLES = 3 };
 
@@ -392,6 +393,17 @@ static hetab_status measure_error(merl_job *job, hetab_error_stats *stats) {
 
 /* --- the job --------------------------------------------------------------------------------- */
 
+/* The series method has no atlas: one unused number stands for each table. */
+static hetab_status upload_no_atlas(merl_job *job) {
+  static const double unused[1] = {0.0};
+  cl_mem *const tables[] = {&job->panels, &job->segments, &job->coefficients};
+  for (int t = 0; t < 3; t++)
+    HETAB_TRY(
+        hetab_lane_upload(job->ctx, job->engine, &job->engine->lanes[0], unused, 1, tables[t]));
+  hetab_atlas_degrees(1e-3, job->engine->lanes[0].vector_width, &job->atlas);
+  return HETAB_OK;
+}
+
 static hetab_status upload_atlas(merl_job *job) {
   const hetab_lane *lane = &job->engine->lanes[0];
   const hetab_atlas *a = &job->atlas;
@@ -413,6 +425,7 @@ static hetab_status upload_atlas(merl_job *job) {
 static hetab_status prepare(merl_job *job) {
   const hetab_lane *lane = &job->engine->lanes[0];
   hetab_context *ctx = job->ctx;
+  HETAB_TRY(hetab_check_surface(ctx, job->surface));
   HETAB_TRY(select_bands(job));
   HETAB_TRY(set_weights(job));
   HETAB_TRY(set_waves(job));
@@ -423,7 +436,7 @@ static hetab_status prepare(merl_job *job) {
   job->valid = hetab_alloc(ctx, HETAB_MERL_CELLS, 1);
   if (!job->sum || !job->valid)
     return HETAB_ERR_MEMORY;
-  HETAB_TRY(upload_atlas(job));
+  HETAB_TRY(job->engine->method == HETAB_METHOD_ROWS ? upload_atlas(job) : upload_no_atlas(job));
   HETAB_TRY(hetab_lane_kernel(ctx, job->engine, lane, &job->atlas, "half_diff", "hetab_k_half_diff",
                               &job->kernel));
   HETAB_TRY(hetab_lane_upload(ctx, job->engine, lane, job->waves,

@@ -7,37 +7,10 @@
 #include "cl/device.h"
 #include "engine/engine_internal.h"
 #include "kernels/tables.h"
+#include "model/limits.h"
 #include "model/model.h"
 
 enum { BATCH = 1 << 16 };
-
-static hetab_status check_point(hetab_context *ctx, const hetab_point *p, size_t index) {
-  const struct {
-    const char *name;
-    double value, low, high;
-  } fields[] = {
-      {"lambda_um", p->lambda_um, 1e-6, 1e6},
-      {"theta_i", p->theta_i, 0.0, M_PI_2},
-      {"theta_r", p->theta_r, 0.0, M_PI_2},
-      {"phi", p->phi, -1e6, 1e6},
-      {"sigma0_um", p->sigma0_um, 1e-9, 1e6},
-      {"tau_um", p->tau_um, 1e-9, 1e6},
-      {"n", p->n, 1e-6, 1e3},
-      {"k", p->k, 0.0, 1e3},
-      {"diffuse_brdf", p->diffuse_brdf, 0.0, 1e3},
-  };
-  for (size_t i = 0; i < sizeof fields / sizeof *fields; i++)
-    if (!(fields[i].value >= fields[i].low && fields[i].value <= fields[i].high))
-      return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "point %zu: %s = %g is not in [%g, %g]", index,
-                        fields[i].name, fields[i].value, fields[i].low, fields[i].high);
-  return HETAB_OK;
-}
-
-static hetab_status check_points(hetab_context *ctx, const hetab_point *points, size_t count) {
-  for (size_t i = 0; i < count; i++)
-    HETAB_TRY(check_point(ctx, &points[i], i));
-  return HETAB_OK;
-}
 
 /* Column c of point i is at columns[c * stride + i]; the order is kernels/tables.h's. */
 static void fill_columns(const hetab_point *p, size_t i, size_t stride, double *columns) {
@@ -128,7 +101,7 @@ static hetab_status run_batches(hetab_context *ctx, const hetab_engine *engine, 
 hetab_status hetab_evaluate(hetab_context *ctx, hetab_engine *engine, const hetab_point *points,
                             size_t count, hetab_value *values) {
   cl_kernel kernel;
-  HETAB_TRY(check_points(ctx, points, count));
+  HETAB_TRY(hetab_check_points(ctx, points, count));
   if (engine->method == HETAB_METHOD_LITERAL)
     return hetab_evaluate_literal(ctx, points, count, values);
   HETAB_TRY(
@@ -140,7 +113,7 @@ hetab_status hetab_evaluate(hetab_context *ctx, hetab_engine *engine, const heta
 
 hetab_status hetab_evaluate_literal(hetab_context *ctx, const hetab_point *points, size_t count,
                                     hetab_value *values) {
-  HETAB_TRY(check_points(ctx, points, count));
+  HETAB_TRY(hetab_check_points(ctx, points, count));
   for (size_t i = 0; i < count; i++)
     values[i] = hetab_literal(&points[i]);
   return HETAB_OK;

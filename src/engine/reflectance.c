@@ -9,6 +9,7 @@
 #include "cl/device.h"
 #include "engine/dense.h"
 #include "kernels/tables.h"
+#include "model/limits.h"
 #include "model/hemisphere.h"
 
 enum { FIRST_NODES = 64, NODES_UNIT = 32, RAYS_UNIT = 2 };
@@ -384,6 +385,7 @@ hetab_status hetab_reflectance_dh(hetab_context *ctx, hetab_engine *engine,
                     .tolerance = tolerance > 0.0 ? tolerance : default_tolerance(engine)};
   hetab_status status;
   HETAB_TRY(check(ctx, engine, theta_i_deg, count, tolerance));
+  HETAB_TRY(hetab_check_surface(ctx, surface));
   in.out = hetab_alloc(ctx, in.band_count * count, sizeof *out);
   if (!in.out)
     return HETAB_ERR_MEMORY;

@@ -46,6 +46,18 @@ void hetab_sample_clear(hetab_sample *sample) {
   *sample = (hetab_sample){0};
 }
 
+size_t hetab_sample_from(const hetab_sample *sample, uint64_t position) {
+  size_t low = 0, high = sample->count;
+  while (low < high) {
+    size_t middle = low + (high - low) / 2;
+    if (sample->positions[middle] < position)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  return low;
+}
+
 void hetab_sample_add(hetab_sample *sample, double value, double reference) {
   hetab_error_stats *s = &sample->stats;
   s->samples++;

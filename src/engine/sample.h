@@ -12,7 +12,7 @@
 #define HETAB_FLOOR_PER_SR 1e-9
 
 typedef struct hetab_sample {
-  size_t count, next;
+  size_t count;
   uint64_t *positions; /* ascending flat positions in the table */
   double *relative;    /* of the compared ones so far */
   hetab_error_stats stats;
@@ -22,6 +22,8 @@ typedef struct hetab_sample {
 hetab_status hetab_sample_create(hetab_context *ctx, size_t count, uint64_t total, unsigned seed,
                                  hetab_sample *sample);
 void hetab_sample_clear(hetab_sample *sample);
+/* The number of the first position that is not below `position`. */
+size_t hetab_sample_from(const hetab_sample *sample, uint64_t position);
 /* Take one comparison. */
 void hetab_sample_add(hetab_sample *sample, double value, double reference);
 /* Fills in p99 and RMS. */

@@ -3,6 +3,7 @@
 #include <hetab/tabulate.h>
 
 #include <pthread.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <time.h>
 
@@ -29,7 +30,7 @@ typedef struct job {
   pthread_mutex_t mutex;
   pthread_cond_t changed;
   size_t next_task;
-  int stop;              /* set by whoever ends the job early */
+  atomic_int stop;       /* set by whoever ends the job early */
   hetab_context failure; /* message of the first thread that failed */
   hetab_status status;
   double kernel_seconds;
@@ -204,7 +205,10 @@ static slot *wait_ready(job *job, worker *workers, int count) {
 }
 
 static hetab_status thread_failure(job *job) {
-  return hetab_fail(job->ctx, job->status, "%s", job->failure.message);
+  pthread_mutex_lock(&job->mutex);
+  hetab_status status = hetab_fail(job->ctx, job->status, "%s", job->failure.message);
+  pthread_mutex_unlock(&job->mutex);
+  return status;
 }
 
 static void set_free(job *job, slot *s) {
@@ -224,10 +228,10 @@ static void sample_slab(const job *job, const hetab_slab *slab, uint64_t first,
                         hetab_sample *sample) {
   const hetab_dense *d = &job->dense;
   uint64_t last = first + slab_entries(job, slab);
-  for (size_t n = 0; n < sample->count; n++) {
+  for (size_t n = hetab_sample_from(sample, first); n < sample->count; n++) {
     uint64_t position = sample->positions[n];
-    if (position < first || position >= last)
-      continue;
+    if (position >= last)
+      break;
     size_t at = (size_t)(position - first), phi = d->count[HETAB_PHI];
     size_t r = at / phi % d->count[HETAB_THETA_R];
     size_t i = slab->theta_i_first + at / phi / d->count[HETAB_THETA_R];
