@@ -114,8 +114,13 @@ $(BUILD)/libhetab.a: $(LIB_OBJECTS)
 	@rm -f $@
 	ar rcs $@ $^
 
-$(BUILD)/libhetab.so: $(LIB_OBJECTS)
-	$(CC) -shared -Wl,-soname,libhetab.so.0 $(CFLAGS_ALL) $(LDFLAGS) -o $@ $^ $(LIBS)
+$(BUILD)/exports.map: scripts/exports $(HEADERS)
+	@mkdir -p $(@D)
+	sh scripts/exports $(HEADERS) > $@
+
+$(BUILD)/libhetab.so: $(LIB_OBJECTS) $(BUILD)/exports.map
+	$(CC) -shared -Wl,-soname,libhetab.so.0 -Wl,--version-script=$(BUILD)/exports.map \
+	  $(CFLAGS_ALL) $(LDFLAGS) -o $@ $(LIB_OBJECTS) $(LIBS)
 
 $(BUILD)/hetab: $(CLI_OBJECTS) $(BUILD)/libhetab.a
 	$(CC) $(CFLAGS_ALL) $(LDFLAGS) -o $@ $^ $(LIBS) -ljansson
