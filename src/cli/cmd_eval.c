@@ -67,7 +67,7 @@ static int fail_read(const evaluation *e, csv_status status) {
 }
 
 static int fail_quote(const evaluation *e) {
-  return cli_fail("stdin:%zu: a double quote is not closed", e->reader.line);
+  return cli_fail("stdin:%zu: a double quote is not closed: close or remove it", e->reader.line);
 }
 
 /* ---- the header ---------------------------------------------------------------------------- */
@@ -81,7 +81,7 @@ static int place_field(evaluation *e, const char *name, size_t field) {
     if (strcmp(name, columns[c].name) != 0)
       continue;
     if (e->position[c] != ABSENT)
-      return cli_fail("stdin:%zu: column '%s' is there twice", e->reader.line, name);
+      return cli_fail("stdin:%zu: column '%s' is there twice: remove one", e->reader.line, name);
     e->position[c] = field;
   }
   return -1;
@@ -133,10 +133,11 @@ static int read_header(evaluation *e) {
 static int parse_field(const evaluation *e, const column *c, const char *text, double *value) {
   double number;
   if (!cli_number(text, &number))
-    return cli_fail("stdin:%zu: %s: '%s' is not a number", e->reader.line, c->name, text);
+    return cli_fail("stdin:%zu: %s: '%s' is not a number: give a value from %g to %g",
+                    e->reader.line, c->name, text, c->min, c->max);
   if (number < c->min || number > c->max)
-    return cli_fail("stdin:%zu: %s: %s is not in %g to %g", e->reader.line, c->name, text, c->min,
-                    c->max);
+    return cli_fail("stdin:%zu: %s: %s is out of range: give a value from %g to %g", e->reader.line,
+                    c->name, text, c->min, c->max);
   *value = c->angle ? number * M_PI / 180 : number;
   return -1;
 }
@@ -183,6 +184,21 @@ static int fill_from_surface(evaluation *e, hetab_point *p) {
   return status;
 }
 
+/* Lengths count in wavelengths: hetab_evaluate's limits again. */
+static int check_ratios(const evaluation *e, const hetab_point *p) {
+  const struct {
+    const char *name;
+    double ratio, min, max;
+  } ratios[] = {{"sigma0_um / lambda_um", p->sigma0_um / p->lambda_um, 1e-9, 1e3},
+                {"tau_um / lambda_um", p->tau_um / p->lambda_um, 1e-9, 1e6}};
+  for (int i = 0; i < 2; i++)
+    if (!(ratios[i].ratio >= ratios[i].min && ratios[i].ratio <= ratios[i].max))
+      return cli_fail("stdin:%zu: %s: %g is out of range: give lengths with a ratio from %g to %g",
+                      e->reader.line, ratios[i].name, ratios[i].ratio, ratios[i].min,
+                      ratios[i].max);
+  return -1;
+}
+
 /* Splits `line`, which it ruins, into a point. */
 static int parse_row(evaluation *e, char *line, hetab_point *p) {
   char *fields[MAX_FIELDS];
@@ -190,8 +206,10 @@ static int parse_row(evaluation *e, char *line, hetab_point *p) {
   if (count == 0)
     return fail_quote(e);
   if (count != e->fields)
-    return cli_fail("stdin:%zu: %zu field%s where the header names %zu", e->reader.line, count,
-                    count == 1 ? "" : "s", e->fields);
+    return cli_fail("stdin:%zu: %zu field%s where the header names %zu: %s", e->reader.line, count,
+                    count == 1 ? "" : "s", e->fields,
+                    count < e->fields ? "add the missing value or remove the column"
+                                      : "remove the value or name its column");
   *p = (hetab_point){0};
   for (int c = 0; c < COLUMNS; c++) {
     if (e->position[c] == ABSENT)
@@ -201,7 +219,8 @@ static int parse_row(evaluation *e, char *line, hetab_point *p) {
     if (status >= 0)
       return status;
   }
-  return e->surface ? fill_from_surface(e, p) : -1;
+  int status = e->surface ? fill_from_surface(e, p) : -1;
+  return status < 0 ? check_ratios(e, p) : status;
 }
 
 /* Keeps the current line for the output. */
