@@ -362,6 +362,21 @@ static void test_chunks_fit(void **state) {
   hetab_grid_free(grid);
 }
 
+static void test_text_file(void **state) {
+  fixture *f = *state;
+  char text[16] = "";
+  assert_failure(f->ctx, hetab_output_check(f->ctx, "none/a.csv", 0), HETAB_ERR_IO, "create it");
+  assert_ok(f->ctx, hetab_output_check(f->ctx, "a.csv", 0));
+  assert_int_equal(access("a.csv", F_OK), -1);
+  assert_ok(f->ctx, hetab_text_save(f->ctx, "a.csv", "one,two\n", 8, 0));
+  assert_failure(f->ctx, hetab_output_check(f->ctx, "a.csv", 0), HETAB_ERR_EXISTS, "a.csv");
+  assert_failure(f->ctx, hetab_text_save(f->ctx, "a.csv", "3", 1, 0), HETAB_ERR_EXISTS, "a.csv");
+  FILE *file = fopen("a.csv", "rb");
+  assert_int_equal(fread(text, 1, sizeof text, file), 8);
+  fclose(file);
+  assert_string_equal(text, "one,two\n");
+}
+
 /* --- whole or not at all -------------------------------------------------------------------- */
 
 static void test_holes_are_not_published(void **state) {
@@ -634,6 +649,7 @@ int main(void) {
       TEST(test_report),
       TEST(test_report_of_rounded_values),
       TEST(test_chunks_fit),
+      TEST(test_text_file),
       TEST(test_holes_are_not_published),
       TEST(test_bad_slabs_and_options),
       TEST(test_output_refused),

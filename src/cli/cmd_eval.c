@@ -59,7 +59,8 @@ typedef struct evaluation {
 } evaluation;
 
 static int fail_read(const evaluation *e, csv_status status) {
-  static const char *const problems[] = {[CSV_LONG] = "the line is longer than 65535 bytes",
+  static const char *const problems[] = {[CSV_LONG] =
+                                             "the line is longer than 65535 bytes: shorten it",
                                          [CSV_BINARY] = "the line holds a NUL byte: not CSV text"};
   if (status == CSV_FAILED)
     return cli_fail("stdin: %s", strerror(errno));
@@ -91,7 +92,7 @@ static int check_columns(const evaluation *e) {
   for (int c = 0; c < DIFFUSE; c++) {
     int needed = c < ANGLES_END || !e->surface;
     if (needed && e->position[c] == ABSENT)
-      return cli_fail("stdin:%zu: no column '%s'%s", e->reader.line, columns[c].name,
+      return cli_fail("stdin:%zu: no column '%s'%s: add it", e->reader.line, columns[c].name,
                       c < ANGLES_END ? "" : ", and no SURFACE given to take it from");
   }
   if ((e->position[INDEX_N] == ABSENT) != (e->position[INDEX_K] == ABSENT))
@@ -104,7 +105,7 @@ static int read_header(evaluation *e) {
   char *names[MAX_FIELDS], *copy;
   csv_status read = csv_read(&e->reader);
   if (read == CSV_END)
-    return cli_fail("stdin: no input: a CSV header line was expected");
+    return cli_fail("stdin: no input: give a CSV header line and points");
   if (read != CSV_OK)
     return fail_read(e, read);
   if (!(copy = strdup(e->reader.text)))
@@ -114,8 +115,8 @@ static int read_header(evaluation *e) {
   if (e->fields == 0)
     status = fail_quote(e);
   else if (e->fields > MAX_FIELDS)
-    status =
-        cli_fail("stdin:%zu: %zu columns are more than %d", e->reader.line, e->fields, MAX_FIELDS);
+    status = cli_fail("stdin:%zu: %zu columns are more than %d: remove some", e->reader.line,
+                      e->fields, MAX_FIELDS);
   for (int c = 0; c < COLUMNS; c++)
     e->position[c] = ABSENT;
   for (size_t i = 0; i < e->fields && status < 0; i++)

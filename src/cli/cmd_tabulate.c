@@ -1,4 +1,5 @@
 /* hetab tabulate: from a surface to table files. */
+#include <fcntl.h>
 #include <float.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -328,7 +329,7 @@ static int publish_h5(tabulate_job *job, table_output *output) {
 
 /* The CSV first: no table is without it. */
 static int publish_merl(tabulate_job *job, const table_output *output) {
-  int was_there = access(output->specular_path, F_OK) == 0;
+  int was_there = faccessat(AT_FDCWD, output->specular_path, F_OK, AT_SYMLINK_NOFOLLOW) == 0;
   int status = save_specular_csv(job, output->specular_path);
   if (status >= 0)
     return status;
