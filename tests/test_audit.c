@@ -63,7 +63,7 @@ static void write_table(hetab_context *ctx, const char *path, const float *value
     assert_ok(ctx, hetab_h5_write_slab(ctx, writer, &slab));
   }
   assert_ok(ctx, hetab_h5_write_specular(ctx, writer, specular));
-  assert_ok(ctx, hetab_h5_write_report(ctx, writer, engine, &report));
+  assert_ok(ctx, hetab_h5_write_report(ctx, writer, &report));
   assert_ok(ctx, hetab_h5_commit(ctx, writer));
   hetab_grid_free(grid);
   hetab_surface_free(surface);

@@ -172,6 +172,12 @@ works "double" tabulate BBQAL2 $small -o double.h5 --precision double --compress
 check "double elements" grep -q H5T_IEEE_F64LE <(h5dump -H -d /brdf double.h5)
 works "double arithmetic, float file" tabulate BBQAL2 $small -o mixed.h5 --precision double \
   --element float
+rounded='
+import h5py, sys
+error = [h5py.File(f + ".h5").attrs for f in ("double", "mixed")]
+sys.exit(not (error[0]["error_max_rel"] < 1e-8 and 6e-8 <= error[1]["error_max_rel"] < 7e-8 and
+              0 < error[1]["error_compared"] <= error[1]["error_samples"]))'
+check "the stored error is the file's" /usr/bin/python3 -c "$rounded"
 check "float elements" grep -q H5T_IEEE_F32LE <(h5dump -H -d /brdf mixed.h5)
 
 works "merl" tabulate BBQAL2 -o m.binary --samples 200
@@ -183,6 +189,14 @@ works "merl mono with a cone" tabulate BBQAL2 -o mono.binary --merl-colour mono 
   --specular-cone 2 --samples 200 --json
 check "cone in json" json "d['outputs'][0]['specular']['in_table'] is True and \
 d['outputs'][0]['specular']['file'] == 'mono.specular.csv' and 'clamped' in d['outputs'][0]"
+
+mkdir linked elsewhere
+echo old >elsewhere/s.csv
+chmod 640 elsewhere/s.csv
+ln -s ../elsewhere/s.csv linked/l.specular.csv
+works "merl through a link" tabulate BBQAL2 -o linked/l.binary --samples 0 --quiet --force
+check "the linked sidecar" test -L linked/l.specular.csv -a "$(wc -l <elsewhere/s.csv)" = $((31 * 91 + 1))
+check "its permissions" test "$(stat -c %a elsewhere/s.csv)" = 640
 
 # ---- refused outputs: nothing computed, nothing harmed -----------------------------------------
 
@@ -196,9 +210,14 @@ refuses "existing specular file" 1 "lone.specular.csv exists" tabulate BBQAL2 -o
 refuses "unknown extension" 2 "a.png: .*\.h5, \.hdf5 or \.binary" tabulate BBQAL2 -o a.png
 refuses "only an extension" 2 "ends in" tabulate BBQAL2 -o .h5
 refuses "same output twice" 2 "twice" tabulate BBQAL2 -o n.h5 -o ./n.h5
-refuses "missing directory" 1 "nowhere.*No such file" tabulate BBQAL2 -o nowhere/a.h5
+refuses "one sidecar of two" 2 "would both write ./q.specular.csv" tabulate BBQAL2 -o q.binary \
+  -o ./q.BINARY
+touch target.binary; ln -s target.binary link.binary
+refuses "a link and its target" 2 "twice" tabulate BBQAL2 -o link.binary -o target.binary
+rm link.binary target.binary
+refuses "missing directory" 1 "no directory .nowhere.; create it first" tabulate BBQAL2 -o nowhere/a.h5
 refuses "a file as directory" 1 "not a directory|Not a directory" tabulate BBQAL2 -o old.h5/a.h5
-refuses "a directory as output" 1 "not a regular file" tabulate BBQAL2 -o folder.h5 --force
+refuses "a directory as output" 1 "folder.h5.*is a directory; name a file" tabulate BBQAL2 -o folder.h5 --force
 refuses "line break in a name" 2 "a\?b.png" tabulate BBQAL2 -o $'a\nb.png'
 chmod 500 locked
 if [ "$(id -u)" != 0 ]; then
@@ -316,12 +335,15 @@ bad_row "row: text" "stdin:3: theta_r_deg: 'abc' is not a number" 0.55,1,abc,3
 bad_row "row: empty field" "stdin:3: phi_deg: ''" 0.55,1,2,
 bad_row "row: nan" "stdin:3: lambda_um" nan,1,2,3
 bad_row "row: infinite" "stdin:3: phi_deg" 0.55,1,2,inf
-bad_row "row: below the horizon" "stdin:3: theta_i_deg: 91 is not in 0 to 90" 0.55,91,2,3
-bad_row "row: negative wavelength" "stdin:3: lambda_um: -1 is not in" -1,1,2,3
-bad_row "row: huge azimuth" "stdin:3: phi_deg: 1e300 is not in" 0.55,1,2,1e300
+bad_row "row: below the horizon" "stdin:3: theta_i_deg: 91 is out of range: give a value from 0 to 90" 0.55,91,2,3
+bad_row "row: negative wavelength" "stdin:3: lambda_um: -1 is out of range: give a value from 1e-06" -1,1,2,3
+bad_row "row: huge azimuth" "stdin:3: phi_deg: 1e300 is out of range" 0.55,1,2,1e300
 bad_row "row: outside the index data" "stdin:3: .*0\.7" 0.9,1,2,3
-bad_row "row: too short" "stdin:3: 3 fields where the header names 4" 0.55,1,2
-bad_row "row: too long" "stdin:3: 5 fields" 0.55,1,2,3,4
+bad_row "row: too short" "stdin:3: 3 fields where the header names 4: add the missing value or remove the column" 0.55,1,2
+bad_row "row: too long" "stdin:3: 5 fields.*: remove the value" 0.55,1,2,3,4
+printf '%s,sigma0_um,tau_um,n,k\n0.55,1,2,3,551,1000,1,6\n' "$header" >in
+"$program" eval <in >out 2>err
+one_line "row: too rough" $? 1 "stdin:2: sigma0_um / lambda_um: 1001.* is out of range: give"
 bad_row "row: open quote" "stdin:3: .*quote" '"0.55,1,2,3'
 check "rows before a bad one are answered" test "$(wc -l <out)" = 2
 printf '%s\n0.9,1,2,3\n' "$header" >in
@@ -500,6 +522,7 @@ refuses "audit: no input" 2 "no INPUT" audit
 refuses "audit: existing page" 1 "old.html exists" audit BBQAL1 --html judged/old.html
 refuses "audit: existing repair" 1 "old.binary exists" audit judged/t.binary --repair judged/old.binary
 refuses "audit: in place" 2 "is the input" audit judged/t.binary --repair judged/../judged/t.binary --force
+refuses "audit: page over an input" 2 "is an input" audit judged/t.h5 --html judged/t.h5 --force
 refuses "audit: repair of several" 2 "takes one INPUT" audit judged/t.h5 BBQAL1 --repair judged/n.h5
 refuses "audit: repair of a surface" 2 "a surface, not a table" audit BBQAL1 --repair judged/n.h5
 refuses "audit: repair to another format" 2 "different formats" audit judged/t.h5 --repair judged/n.binary

@@ -281,35 +281,100 @@ static void test_h5py_and_h5dump(void **state) {
   assert_int_equal(system("h5dump a.h5 >/dev/null"), 0);
 }
 
-static void test_report(void **state) {
-  fixture *f = *state;
+static void assert_number(fixture *f, hetab_h5_table *table, const char *name, double expected) {
+  double value;
+  assert_ok(f->ctx, hetab_h5_number(f->ctx, table, name, &value));
+  if (!(fabs(value - expected) <= 1e-12 * expected))
+    fail_msg("%s is %.17g, not %.17g", name, value, expected);
+}
+
+static const hetab_report measured = {
+    .error = {.samples = 2000, .compared = 1900, .max_rel = 1e-6, .p99_rel = 1e-7, .rms_rel = 8e-8},
+    .method = HETAB_METHOD_LITERAL,
+    .precision = HETAB_DOUBLE,
+    .tolerance = 1e-9,
+    .device = "a device"};
+
+static hetab_h5_table *table_with_report(fixture *f, const hetab_h5_options *options) {
   hetab_grid *grid = small_grid(f->ctx);
-  hetab_engine *engine;
   hetab_h5_writer *writer;
   hetab_h5_table *table;
-  double value;
-  hetab_report report = {.error = {.samples = 2000, .max_rel = 1e-6, .p99_rel = 1e-7}};
-  hetab_engine_options literal = {.precision = HETAB_DOUBLE, .method = HETAB_METHOD_LITERAL};
-  assert_ok(f->ctx, hetab_engine_create(f->ctx, &literal, &engine));
-  assert_ok(f->ctx, create(f->ctx, "a.h5", grid, &(hetab_h5_options){0}, &writer));
-  assert_ok(f->ctx, write_brdf(f->ctx, writer, grid, HETAB_FLOAT));
+  assert_ok(f->ctx, create(f->ctx, "a.h5", grid, options, &writer));
+  assert_ok(f->ctx, write_brdf(f->ctx, writer, grid, options->slabs));
   assert_ok(f->ctx, write_specular(f->ctx, writer, grid));
-  assert_ok(f->ctx, hetab_h5_write_report(f->ctx, writer, engine, &report));
+  assert_ok(f->ctx, hetab_h5_write_report(f->ctx, writer, &measured));
   assert_ok(f->ctx, hetab_h5_commit(f->ctx, writer));
   assert_ok(f->ctx, hetab_h5_open(f->ctx, "a.h5", &table));
-  assert_ok(f->ctx, hetab_h5_number(f->ctx, table, "error_samples", &value));
-  assert_true(value == 2000);
-  assert_ok(f->ctx, hetab_h5_number(f->ctx, table, "error_max_rel", &value));
-  assert_true(value == 1e-6);
-  assert_ok(f->ctx, hetab_h5_number(f->ctx, table, "sigma0_um", &value));
-  assert_true(value == 0.54);
+  hetab_grid_free(grid);
+  return table;
+}
+
+static void test_report(void **state) {
+  fixture *f = *state;
+  double value;
+  hetab_h5_table *table = table_with_report(f, &(hetab_h5_options){0});
+  assert_number(f, table, "error_samples", 2000);
+  assert_number(f, table, "error_compared", 1900);
+  assert_number(f, table, "error_max_rel", 1e-6);
+  assert_number(f, table, "tolerance", 1e-9);
+  assert_number(f, table, "sigma0_um", 0.54);
   assert_failure(f->ctx, hetab_h5_number(f->ctx, table, "method", &value), HETAB_ERR_PARSE,
                  "'method' is not a number");
   assert_failure(f->ctx, hetab_h5_number(f->ctx, table, "nothing", &value), HETAB_ERR_PARSE,
                  "'nothing' is missing");
   hetab_h5_close(table);
-  hetab_engine_free(engine);
+}
+
+/* Doubles rounded to float: the stored error is the file's. */
+static void test_report_of_rounded_values(void **state) {
+  fixture *f = *state;
+  hetab_h5_options options = {.element = HETAB_FLOAT, .slabs = HETAB_DOUBLE};
+  hetab_h5_table *table = table_with_report(f, &options);
+  assert_number(f, table, "error_max_rel", 1.06e-6);
+  assert_number(f, table, "error_p99_rel", 1.6e-7);
+  assert_number(f, table, "error_rms_rel", 1e-7);
+  assert_number(f, table, "error_max_abs_below_floor", 6e-17);
+  hetab_h5_close(table);
+}
+
+/* Chunks at the end of an axis are stored whole: they should not reach far beyond it. */
+static void test_chunks_fit(void **state) {
+  fixture *f = *state;
+  hetab_grid *grid;
+  hetab_h5_writer *writer;
+  hsize_t chunk[4];
+  assert_ok(f->ctx, hetab_grid_create(f->ctx, &grid));
+  assert_ok(f->ctx, hetab_grid_set_axis(f->ctx, grid, HETAB_THETA_I, "0"));
+  assert_ok(f->ctx, hetab_grid_set_axis(f->ctx, grid, HETAB_THETA_R, "0:90:360"));
+  assert_ok(f->ctx, hetab_grid_set_axis(f->ctx, grid, HETAB_PHI, "0:180:1261"));
+  assert_ok(f->ctx, create(f->ctx, "a.h5", grid, &(hetab_h5_options){0}, &writer));
+  assert_ok(f->ctx, write_brdf(f->ctx, writer, grid, HETAB_FLOAT));
+  assert_ok(f->ctx, write_specular(f->ctx, writer, grid));
+  assert_ok(f->ctx, hetab_h5_commit(f->ctx, writer));
+  hid_t file = H5Fopen("a.h5", H5F_ACC_RDONLY, H5P_DEFAULT);
+  hid_t brdf = H5Dopen2(file, "brdf", H5P_DEFAULT), list = H5Dget_create_plist(brdf);
+  assert_int_equal(H5Pget_chunk(list, 4, chunk), 4);
+  assert_int_equal(chunk[2], 180);
+  assert_int_equal(chunk[3], 1261);
+  H5Pclose(list);
+  H5Dclose(brdf);
+  H5Fclose(file);
   hetab_grid_free(grid);
+}
+
+static void test_text_file(void **state) {
+  fixture *f = *state;
+  char text[16] = "";
+  assert_failure(f->ctx, hetab_output_check(f->ctx, "none/a.csv", 0), HETAB_ERR_IO, "create it");
+  assert_ok(f->ctx, hetab_output_check(f->ctx, "a.csv", 0));
+  assert_int_equal(access("a.csv", F_OK), -1);
+  assert_ok(f->ctx, hetab_text_save(f->ctx, "a.csv", "one,two\n", 8, 0));
+  assert_failure(f->ctx, hetab_output_check(f->ctx, "a.csv", 0), HETAB_ERR_EXISTS, "a.csv");
+  assert_failure(f->ctx, hetab_text_save(f->ctx, "a.csv", "3", 1, 0), HETAB_ERR_EXISTS, "a.csv");
+  FILE *file = fopen("a.csv", "rb");
+  assert_int_equal(fread(text, 1, sizeof text, file), 8);
+  fclose(file);
+  assert_string_equal(text, "one,two\n");
 }
 
 /* --- whole or not at all -------------------------------------------------------------------- */
@@ -582,6 +647,9 @@ int main(void) {
       TEST(test_layout),
       TEST(test_h5py_and_h5dump),
       TEST(test_report),
+      TEST(test_report_of_rounded_values),
+      TEST(test_chunks_fit),
+      TEST(test_text_file),
       TEST(test_holes_are_not_published),
       TEST(test_bad_slabs_and_options),
       TEST(test_output_refused),

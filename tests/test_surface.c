@@ -378,7 +378,7 @@ static void test_bad_files(void **state) {
       {METAL "tau_um: 2\n", {"s.yml:4", "key tau_um", "line 2"}},
       {METAL "slope: 1\n", {"s.yml:4", "key slope", "besides sigma0_um"}},
       {"slope: -1\ntau_um: 1\nindex: Al\n", {"s.yml:1", "key slope", "-1"}},
-      {"slope: 1e9\ntau_um: 1e9\nindex: Al\n", {"s.yml:1", "key slope", "length"}},
+      {"slope: 1e9\ntau_um: 1e6\nindex: Al\n", {"s.yml:1", "key slope", "length"}},
       {"sigma0_um: 0\ntau_um: 1\nindex: Al\n", {"s.yml:1", "key sigma0_um", "0 is out", "um"}},
       {"sigma0_um: -0.5\ntau_um: 1\nindex: Al\n", {"s.yml:1", "key sigma0_um", "-0.5"}},
       {"sigma0_um: .nan\ntau_um: 1\nindex: Al\n", {"s.yml:1", "key sigma0_um", ".nan"}},

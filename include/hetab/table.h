@@ -1,4 +1,5 @@
-/* HDF5 tables (.h5): written slab by slab, whole or not at all; and read back.
+/* HDF5 tables (.h5): written slab by slab, whole or not at all; and read back. Text files,
+ * likewise.
  *
  *   /brdf                  float32 or float64 [wavelength][theta_i][theta_r][phi], 1/sr, dd + ud,
  *                          no cosine, the specular delta not in it
@@ -8,7 +9,7 @@
  *   /wavelength (nm), /theta_i, /theta_r, /phi (deg)   float64 dimension scales, attribute `units`
  *   attributes of /: name, sigma0_um, tau_um, index_source, hetab_version, method, precision,
  *                    device, tolerance, error_max_rel, error_p99_rel, error_rms_rel,
- *                    error_max_abs_below_floor, error_samples
+ *                    error_max_abs_below_floor, error_samples, error_compared
  */
 #ifndef HETAB_TABLE_H
 #define HETAB_TABLE_H
@@ -40,9 +41,12 @@ hetab_status hetab_h5_write_slab(hetab_context *ctx, void *writer, const hetab_s
 /* rho_s[wavelength][theta_i], as hetab_specular_reflectance() gives it over the grid's theta_i. */
 hetab_status hetab_h5_write_specular(hetab_context *ctx, hetab_h5_writer *writer,
                                      const double *rho_s);
-/* Stores method, precision, device and the measured error as attributes. */
+/* Stores method, precision, tolerance, device and hetab_h5_error() as attributes. */
 hetab_status hetab_h5_write_report(hetab_context *ctx, hetab_h5_writer *writer,
-                                   const hetab_engine *engine, const hetab_report *report);
+                                   const hetab_report *report);
+/* The error of the file's numbers, at most, where `error` is that of the slabs: doubles rounded to
+ * float are off by up to 6e-8 more. */
+hetab_error_stats hetab_h5_error(const hetab_h5_options *options, const hetab_error_stats *error);
 /* fsync and publish under the path; frees the writer, whatever the outcome. HETAB_ERR_ARGUMENT if
  * a slab or the specular reflectance has not been written: tables have no holes. */
 hetab_status hetab_h5_commit(hetab_context *ctx, hetab_h5_writer *writer);
@@ -68,6 +72,13 @@ hetab_status hetab_h5_bands(hetab_context *ctx, hetab_h5_table *table, hetab_ban
 /* The root attributes: a number (HETAB_ERR_PARSE if absent or not a number). */
 hetab_status hetab_h5_number(hetab_context *ctx, hetab_h5_table *table, const char *name,
                              double *value);
+
+/* HETAB_ERR_EXISTS or HETAB_ERR_IO, with the remedy, if a file could not be written under path: by
+ * hetab_h5_create, hetab_merl_save or hetab_text_save. Nothing is written. */
+hetab_status hetab_output_check(hetab_context *ctx, const char *path, int overwrite);
+/* A text file, whole or not at all. */
+hetab_status hetab_text_save(hetab_context *ctx, const char *path, const char *text, size_t size,
+                             int overwrite);
 
 #ifdef __cplusplus
 }

@@ -3,7 +3,7 @@
 #define HETAB_AUDIT_DENSE_CELLS_H
 
 #include "audit/audit_internal.h"
-#include "audit/dense.h"
+#include "audit/dense_table.h"
 
 enum { HETAB_DENSE_WHERE = 128 };
 

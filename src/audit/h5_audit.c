@@ -6,7 +6,7 @@
 
 #include <hetab/table.h>
 
-#include "audit/dense.h"
+#include "audit/dense_table.h"
 #include "audit/dense_cells.h"
 #include "audit/pairs.h"
 #include "audit/separability.h"

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "audit/dense.h"
+#include "audit/dense_table.h"
 #include "audit/repair.h"
 #include "table/h5_copy.h"
 

@@ -2,7 +2,7 @@
 #ifndef HETAB_AUDIT_SEPARABILITY_H
 #define HETAB_AUDIT_SEPARABILITY_H
 
-#include "audit/dense.h"
+#include "audit/dense_table.h"
 
 /* The largest s such that f(theta_i, theta_r, phi) = u(theta_i) v(theta_r, phi) explains that share
  * of the sum of squares: the first singular value's (after DeYoung & Fournier, Graphics Interface

@@ -5,7 +5,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "audit/dense.h"
+#include "audit/dense_table.h"
 
 int hetab_audit_is_h5(const char *path) {
   static const char signature[4] = {(char)0x89, 'H', 'D', 'F'};

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "audit.h"
+#include "audit_command.h"
 #include "svg.h"
 
 /* ---- colour scales and keys ----------------------------------------------------------------- */

@@ -1,7 +1,7 @@
 /* The style sheet of the audit's page: light and dark, wide and narrow. */
 #include <math.h>
 
-#include "audit.h"
+#include "audit_command.h"
 #include "svg.h"
 
 static const char style[] =

@@ -1,7 +1,7 @@
 /* Audits as JSON. Keys are an interface: add, never rename. */
 #include <math.h>
 
-#include "audit.h"
+#include "audit_command.h"
 #include "output.h"
 
 /* JSON has no NaN. */

@@ -2,7 +2,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "audit.h"
+#include "audit_command.h"
 #include "options.h"
 
 enum { DETAIL_COLUMN = 31 };

@@ -5,7 +5,7 @@
 #include <strings.h>
 #include <sys/stat.h>
 
-#include "audit.h"
+#include "audit_command.h"
 #include "cli.h"
 #include "options.h"
 #include "output.h"
@@ -26,7 +26,6 @@ typedef struct audit_job {
   hetab_engine *engine; /* when it is needed */
   hetab_surface *against;
   audit_report report;
-  cli_file page;
 } audit_job;
 
 /* ---- inputs -------------------------------------------------------------------------------- */
@@ -149,13 +148,18 @@ static int repair(audit_job *job, const char *input) {
 
 /* ---- all ----------------------------------------------------------------------------------- */
 
+static int save_page(const audit_job *job) {
+  cli_text page;
+  int status = cli_text_begin(&page);
+  if (status >= 0)
+    return status;
+  audit_html(page.stream, &job->report);
+  return cli_text_save(&page, job->ctx, job->request->html, job->request->force);
+}
+
 static int publish(audit_job *job) {
   const audit_request *r = job->request;
-  int status = -1;
-  if (r->html) {
-    audit_html(job->page.stream, &job->report);
-    status = cli_file_publish(&job->page, r->force);
-  }
+  int status = r->html ? save_page(job) : -1;
   if (status >= 0)
     return status;
   status = audit_exit_status(&job->report);
@@ -181,14 +185,12 @@ static int check_inputs(char **inputs, size_t count) {
 static int run_job(audit_job *job, char **inputs, size_t count) {
   const audit_request *r = job->request;
   int status = check_inputs(inputs, count);
-  if (status < 0 && r->html && !cli_output_allowed(r->html, r->force))
+  if (status < 0 && r->html && !cli_output_allowed(job->ctx, r->html, r->force))
     status = CLI_FAILURE;
-  if (status < 0 && r->repair && !cli_output_allowed(r->repair, r->force))
+  if (status < 0 && r->repair && !cli_output_allowed(job->ctx, r->repair, r->force))
     status = CLI_FAILURE;
   if (status < 0)
     status = open_against(job);
-  if (status < 0 && r->html)
-    status = cli_file_create(&job->page, r->html);
   for (size_t i = 0; i < count && status < 0; i++)
     status = audit_one(job, inputs[i]);
   if (status < 0 && r->repair)
@@ -207,7 +209,6 @@ static int start(const audit_request *request, char **inputs, size_t count) {
     return cli_fail("out of memory");
   if ((job.ctx = cli_context()))
     status = run_job(&job, inputs, count);
-  cli_file_abort(&job.page);
   for (size_t i = 0; i < job.report.count; i++)
     hetab_audit_free(job.report.results[i].audit);
   free(job.report.results);
@@ -215,6 +216,17 @@ static int start(const audit_request *request, char **inputs, size_t count) {
   hetab_engine_free(job.engine);
   hetab_context_free(job.ctx);
   return status;
+}
+
+/* A page in the place of a table would be the end of the table. */
+static int check_page(const cli_command *self, const audit_request *r, char **inputs) {
+  if (r->html && r->repair && cli_same_file(r->html, r->repair))
+    return cli_usage(self, "--html and --repair would both write %s: give one another name",
+                     r->html);
+  for (; r->html && *inputs; inputs++)
+    if (cli_same_file(*inputs, r->html))
+      return cli_usage(self, "--html: %s is an input: choose another name", r->html);
+  return -1;
 }
 
 static int check_repair(const cli_command *self, const audit_request *r, char **inputs, int count) {
@@ -299,6 +311,8 @@ static int run(const cli_command *self, int argc, char **argv) {
     status = check_colour(self, &r);
   if (status < 0)
     status = check_repair(self, &r, argv + first, argc - first);
+  if (status < 0)
+    status = check_page(self, &r, argv + first);
   return status < 0 ? start(&r, argv + first, (size_t)(argc - first)) : status;
 }
 

@@ -16,7 +16,7 @@ typedef struct bench {
   const char *label;  /* of the surface at work */
   int json, quiet, rows;
   json_t *results; /* with json */
-  cli_file csv;    /* its stream is NULL without --csv */
+  cli_text csv;    /* its stream is NULL without --csv */
 } bench;
 
 /* ---- the surfaces -------------------------------------------------------------------------- */
@@ -177,8 +177,8 @@ static int check_surfaces(hetab_context *ctx, char **names) {
   return -1;
 }
 
-static int publish(bench *b, int overwrite) {
-  int status = b->csv.stream ? cli_file_publish(&b->csv, overwrite) : -1;
+static int publish(bench *b, const char *csv_path, int overwrite) {
+  int status = csv_path ? cli_text_save(&b->csv, b->ctx, csv_path, overwrite) : -1;
   if (status >= 0)
     return status;
   if (!b->json)
@@ -198,14 +198,14 @@ static int measure(bench *b, char **names, const char *csv_path, int overwrite) 
     return cli_fail_context(b->ctx);
   b->device = hetab_engine_device(engine);
   if (csv_path)
-    status = cli_file_create(&b->csv, csv_path);
+    status = cli_text_begin(&b->csv);
   if (b->csv.stream)
     fputs(csv_header, b->csv.stream);
   if (status < 0)
     status = *names ? bench_all(b, names) : bench_default(b);
   if (status < 0)
-    status = publish(b, overwrite);
-  cli_file_abort(&b->csv);
+    status = publish(b, csv_path, overwrite);
+  cli_text_free(&b->csv);
   hetab_engine_free(engine);
   return status;
 }
@@ -237,13 +237,14 @@ static int run(const cli_command *self, int argc, char **argv) {
   if (status >= 0)
     return status;
   b.options.repeats = (unsigned)repeats;
-  if (csv_path && !cli_output_allowed(csv_path, force))
-    return CLI_FAILURE;
   if (!(b.ctx = cli_context()))
     return CLI_FAILURE;
-  b.results = json_array();
-  status = measure(&b, argv + first, csv_path, force);
-  json_decref(b.results);
+  status = CLI_FAILURE;
+  if (!csv_path || cli_output_allowed(b.ctx, csv_path, force)) {
+    b.results = json_array();
+    status = measure(&b, argv + first, csv_path, force);
+    json_decref(b.results);
+  }
   hetab_context_free(b.ctx);
   return status;
 }

@@ -59,7 +59,8 @@ typedef struct evaluation {
 } evaluation;
 
 static int fail_read(const evaluation *e, csv_status status) {
-  static const char *const problems[] = {[CSV_LONG] = "the line is longer than 65535 bytes",
+  static const char *const problems[] = {[CSV_LONG] =
+                                             "the line is longer than 65535 bytes: shorten it",
                                          [CSV_BINARY] = "the line holds a NUL byte: not CSV text"};
   if (status == CSV_FAILED)
     return cli_fail("stdin: %s", strerror(errno));
@@ -67,7 +68,7 @@ static int fail_read(const evaluation *e, csv_status status) {
 }
 
 static int fail_quote(const evaluation *e) {
-  return cli_fail("stdin:%zu: a double quote is not closed", e->reader.line);
+  return cli_fail("stdin:%zu: a double quote is not closed: close or remove it", e->reader.line);
 }
 
 /* ---- the header ---------------------------------------------------------------------------- */
@@ -81,7 +82,7 @@ static int place_field(evaluation *e, const char *name, size_t field) {
     if (strcmp(name, columns[c].name) != 0)
       continue;
     if (e->position[c] != ABSENT)
-      return cli_fail("stdin:%zu: column '%s' is there twice", e->reader.line, name);
+      return cli_fail("stdin:%zu: column '%s' is there twice: remove one", e->reader.line, name);
     e->position[c] = field;
   }
   return -1;
@@ -91,7 +92,7 @@ static int check_columns(const evaluation *e) {
   for (int c = 0; c < DIFFUSE; c++) {
     int needed = c < ANGLES_END || !e->surface;
     if (needed && e->position[c] == ABSENT)
-      return cli_fail("stdin:%zu: no column '%s'%s", e->reader.line, columns[c].name,
+      return cli_fail("stdin:%zu: no column '%s'%s: add it", e->reader.line, columns[c].name,
                       c < ANGLES_END ? "" : ", and no SURFACE given to take it from");
   }
   if ((e->position[INDEX_N] == ABSENT) != (e->position[INDEX_K] == ABSENT))
@@ -104,7 +105,7 @@ static int read_header(evaluation *e) {
   char *names[MAX_FIELDS], *copy;
   csv_status read = csv_read(&e->reader);
   if (read == CSV_END)
-    return cli_fail("stdin: no input: a CSV header line was expected");
+    return cli_fail("stdin: no input: give a CSV header line and points");
   if (read != CSV_OK)
     return fail_read(e, read);
   if (!(copy = strdup(e->reader.text)))
@@ -114,8 +115,8 @@ static int read_header(evaluation *e) {
   if (e->fields == 0)
     status = fail_quote(e);
   else if (e->fields > MAX_FIELDS)
-    status =
-        cli_fail("stdin:%zu: %zu columns are more than %d", e->reader.line, e->fields, MAX_FIELDS);
+    status = cli_fail("stdin:%zu: %zu columns are more than %d: remove some", e->reader.line,
+                      e->fields, MAX_FIELDS);
   for (int c = 0; c < COLUMNS; c++)
     e->position[c] = ABSENT;
   for (size_t i = 0; i < e->fields && status < 0; i++)
@@ -133,10 +134,11 @@ static int read_header(evaluation *e) {
 static int parse_field(const evaluation *e, const column *c, const char *text, double *value) {
   double number;
   if (!cli_number(text, &number))
-    return cli_fail("stdin:%zu: %s: '%s' is not a number", e->reader.line, c->name, text);
+    return cli_fail("stdin:%zu: %s: '%s' is not a number: give a value from %g to %g",
+                    e->reader.line, c->name, text, c->min, c->max);
   if (number < c->min || number > c->max)
-    return cli_fail("stdin:%zu: %s: %s is not in %g to %g", e->reader.line, c->name, text, c->min,
-                    c->max);
+    return cli_fail("stdin:%zu: %s: %s is out of range: give a value from %g to %g", e->reader.line,
+                    c->name, text, c->min, c->max);
   *value = c->angle ? number * M_PI / 180 : number;
   return -1;
 }
@@ -183,6 +185,21 @@ static int fill_from_surface(evaluation *e, hetab_point *p) {
   return status;
 }
 
+/* Lengths count in wavelengths: hetab_evaluate's limits again. */
+static int check_ratios(const evaluation *e, const hetab_point *p) {
+  const struct {
+    const char *name;
+    double ratio, min, max;
+  } ratios[] = {{"sigma0_um / lambda_um", p->sigma0_um / p->lambda_um, 1e-9, 1e3},
+                {"tau_um / lambda_um", p->tau_um / p->lambda_um, 1e-9, 1e6}};
+  for (int i = 0; i < 2; i++)
+    if (!(ratios[i].ratio >= ratios[i].min && ratios[i].ratio <= ratios[i].max))
+      return cli_fail("stdin:%zu: %s: %g is out of range: give lengths with a ratio from %g to %g",
+                      e->reader.line, ratios[i].name, ratios[i].ratio, ratios[i].min,
+                      ratios[i].max);
+  return -1;
+}
+
 /* Splits `line`, which it ruins, into a point. */
 static int parse_row(evaluation *e, char *line, hetab_point *p) {
   char *fields[MAX_FIELDS];
@@ -190,8 +207,10 @@ static int parse_row(evaluation *e, char *line, hetab_point *p) {
   if (count == 0)
     return fail_quote(e);
   if (count != e->fields)
-    return cli_fail("stdin:%zu: %zu field%s where the header names %zu", e->reader.line, count,
-                    count == 1 ? "" : "s", e->fields);
+    return cli_fail("stdin:%zu: %zu field%s where the header names %zu: %s", e->reader.line, count,
+                    count == 1 ? "" : "s", e->fields,
+                    count < e->fields ? "add the missing value or remove the column"
+                                      : "remove the value or name its column");
   *p = (hetab_point){0};
   for (int c = 0; c < COLUMNS; c++) {
     if (e->position[c] == ABSENT)
@@ -201,7 +220,8 @@ static int parse_row(evaluation *e, char *line, hetab_point *p) {
     if (status >= 0)
       return status;
   }
-  return e->surface ? fill_from_surface(e, p) : -1;
+  int status = e->surface ? fill_from_surface(e, p) : -1;
+  return status < 0 ? check_ratios(e, p) : status;
 }
 
 /* Keeps the current line for the output. */

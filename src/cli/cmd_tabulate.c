@@ -1,14 +1,16 @@
 /* hetab tabulate: from a surface to table files. */
-#include <limits.h>
+#include <fcntl.h>
+#include <float.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <unistd.h>
 
 #include "cli.h"
 #include "output.h"
 #include "progress.h"
-#include "tabulate.h"
+#include "tabulate_job.h"
 
 /* ---- outputs, before any work -------------------------------------------------------------- */
 
@@ -37,17 +39,31 @@ static char *specular_path(const char *path) {
   return asprintf(&name, "%.*s.specular.csv", stem, path) < 0 ? NULL : name;
 }
 
-static int add_output(const cli_command *self, tabulate_job *job, const char *path) {
-  table_output output = {.path = path};
-  if (!find_format(path, &output.format))
-    return cli_usage(self, "%s: the name of an output ends in .h5, .hdf5 or .binary", path);
-  for (size_t i = 0; i < job->output_count; i++)
-    if (cli_same_file(path, job->outputs[i].path))
-      return cli_usage(self, "%s: the same output is given twice", path);
-  if (output.format == OUTPUT_MERL && !(output.specular_path = specular_path(path)))
-    return cli_fail("out of memory");
-  job->outputs[job->output_count++] = output;
+/* No two files of the plan, sidecars included, may be one. */
+static int check_distinct(const cli_command *self, const table_output *a, const table_output *b) {
+  const char *files_a[] = {a->path, a->specular_path}, *files_b[] = {b->path, b->specular_path};
+  if (cli_same_file(a->path, b->path))
+    return cli_usage(self, "%s: the same output is given twice", b->path);
+  for (int i = 0; i < 2; i++)
+    for (int k = 0; k < 2; k++)
+      if (files_a[i] && files_b[k] && cli_same_file(files_a[i], files_b[k]))
+        return cli_usage(self, "%s and %s would both write %s: give one another name", a->path,
+                         b->path, files_b[k]);
   return -1;
+}
+
+static int add_output(const cli_command *self, tabulate_job *job, const char *path) {
+  table_output *output = &job->outputs[job->output_count];
+  int status = -1;
+  if (!find_format(path, &output->format))
+    return cli_usage(self, "%s: the name of an output ends in .h5, .hdf5 or .binary", path);
+  output->path = path;
+  if (output->format == OUTPUT_MERL && !(output->specular_path = specular_path(path)))
+    return cli_fail("out of memory");
+  for (size_t i = 0; i < job->output_count && status < 0; i++)
+    status = check_distinct(self, &job->outputs[i], output);
+  job->output_count++;
+  return status;
 }
 
 static int plan_outputs(const cli_command *self, tabulate_job *job) {
@@ -58,13 +74,18 @@ static int plan_outputs(const cli_command *self, tabulate_job *job) {
   int status = -1;
   for (size_t i = 0; i < r->files.count && status < 0; i++)
     status = add_output(self, job, r->files.items[i]);
-  for (size_t i = 0; i < job->output_count && status < 0; i++) {
-    const table_output *o = &job->outputs[i];
-    if (!cli_output_allowed(o->path, r->force) ||
-        (o->specular_path && !cli_output_allowed(o->specular_path, r->force)))
-      status = CLI_FAILURE;
-  }
   return status;
+}
+
+static int check_outputs(const tabulate_job *job) {
+  int force = job->request->force;
+  for (size_t i = 0; i < job->output_count; i++) {
+    const table_output *o = &job->outputs[i];
+    if (!cli_output_allowed(job->ctx, o->path, force) ||
+        (o->specular_path && !cli_output_allowed(job->ctx, o->specular_path, force)))
+      return CLI_FAILURE;
+  }
+  return -1;
 }
 
 static int has_format(const tabulate_job *job, output_format format) {
@@ -170,15 +191,17 @@ static void write_specular_rows(FILE *stream, const hetab_surface *surface, cons
               theta_deg[i], rho[band * CSV_ANGLES + i]);
 }
 
-/* Written, not yet published. */
-static int create_specular_csv(tabulate_job *job, const char *path, cli_file *file) {
+static int save_specular_csv(tabulate_job *job, const char *path) {
   double theta_deg[CSV_ANGLES];
+  cli_text csv;
   for (int i = 0; i < CSV_ANGLES; i++)
     theta_deg[i] = i;
   double *rho = specular_table(job, theta_deg, CSV_ANGLES, OUTPUT_MERL);
-  int status = rho ? cli_file_create(file, path) : CLI_FAILURE;
-  if (status < 0)
-    write_specular_rows(file->stream, job->surface, theta_deg, rho);
+  int status = rho ? cli_text_begin(&csv) : CLI_FAILURE;
+  if (status < 0) {
+    write_specular_rows(csv.stream, job->surface, theta_deg, rho);
+    status = cli_text_save(&csv, job->ctx, path, job->request->force);
+  }
   free(rho);
   return status;
 }
@@ -188,10 +211,11 @@ static int create_specular_csv(tabulate_job *job, const char *path, cli_file *fi
 static int create_writers(tabulate_job *job) {
   const tabulate_request *r = job->request;
   hetab_precision precision = hetab_engine_precision(job->engine);
-  hetab_h5_options options = {.element = r->element < 0 ? precision : (hetab_precision)r->element,
-                              .slabs = precision,
-                              .compression = (int)r->compression,
-                              .overwrite = r->force};
+  job->h5_options =
+      (hetab_h5_options){.element = r->element < 0 ? precision : (hetab_precision)r->element,
+                         .slabs = precision,
+                         .compression = (int)r->compression,
+                         .overwrite = r->force};
   double *rho = specular_table(job, hetab_grid_deg(job->grid, HETAB_THETA_I),
                                hetab_grid_count(job->grid, HETAB_THETA_I), OUTPUT_H5);
   if (!rho)
@@ -201,7 +225,8 @@ static int create_writers(tabulate_job *job) {
     table_output *o = &job->outputs[i];
     if (o->format != OUTPUT_H5)
       continue;
-    status = hetab_h5_create(job->ctx, o->path, job->surface, job->grid, &options, &o->writer);
+    status =
+        hetab_h5_create(job->ctx, o->path, job->surface, job->grid, &job->h5_options, &o->writer);
     if (status == HETAB_OK)
       status = hetab_h5_write_specular(job->ctx, o->writer, rho);
   }
@@ -209,17 +234,55 @@ static int create_writers(tabulate_job *job) {
   return status == HETAB_OK ? -1 : cli_fail_context(job->ctx);
 }
 
-/* A slab goes to every HDF5 output. */
+enum { BLOCK = 1024 }; /* a fixed count is what compilers vectorise */
+
+/* Whether all are finite and not negative; NaN fails both comparisons. */
+static int floats_radiant(const float *values, size_t count) {
+  int bad = 0;
+  for (; count >= BLOCK; count -= BLOCK, values += BLOCK)
+    for (int i = 0; i < BLOCK; i++)
+      bad |= !(values[i] >= 0.0f) | !(values[i] <= FLT_MAX);
+  for (size_t i = 0; i < count; i++)
+    bad |= !(values[i] >= 0.0f) | !(values[i] <= FLT_MAX);
+  return !bad;
+}
+
+static int doubles_radiant(const double *values, size_t count, double most) {
+  int bad = 0;
+  for (; count >= BLOCK; count -= BLOCK, values += BLOCK)
+    for (int i = 0; i < BLOCK; i++)
+      bad |= !(values[i] >= 0) | !(values[i] <= most);
+  for (size_t i = 0; i < count; i++)
+    bad |= !(values[i] >= 0) | !(values[i] <= most);
+  return !bad;
+}
+
+static int slab_radiant(const tabulate_job *job, const hetab_slab *slab) {
+  const hetab_h5_options *o = &job->h5_options;
+  size_t count = slab->theta_i_count * hetab_grid_count(job->grid, HETAB_THETA_R) *
+                 hetab_grid_count(job->grid, HETAB_PHI);
+  return o->slabs == HETAB_FLOAT
+             ? floats_radiant(slab->values, count)
+             : doubles_radiant(slab->values, count,
+                               o->element == HETAB_FLOAT ? (double)FLT_MAX : DBL_MAX);
+}
+
+/* A slab goes to every HDF5 output. A bad one stops the job: nothing is published. */
 static hetab_status fan_out(hetab_context *ctx, void *user, const hetab_slab *slab) {
   tabulate_job *job = user;
   hetab_status status = HETAB_OK;
+  if (!slab_radiant(job, slab)) {
+    job->bad_slab = 1;
+    return HETAB_ERR_ARGUMENT;
+  }
   for (size_t i = 0; i < job->output_count && status == HETAB_OK; i++)
     if (job->outputs[i].writer)
       status = hetab_h5_write_slab(ctx, job->outputs[i].writer, slab);
   return status;
 }
 
-/* A table with a NaN or a negative value is never published. */
+/* The sample is of all that was evaluated: a second look at dense tables, and the one at MERL
+ * tables before hetab_merl_save goes through their cells. */
 static int check_report(const hetab_report *report) {
   if (report->error.bad)
     return cli_fail("%zu of %zu sampled entries are NaN, infinite or negative: nothing written; "
@@ -239,6 +302,9 @@ static int fill_dense(tabulate_job *job) {
   hetab_status done = hetab_tabulate(job->ctx, job->engine, job->surface, job->grid, &options,
                                      fan_out, job, report);
   cli_progress_end();
+  if (job->bad_slab)
+    return cli_fail("entries of the table are NaN, infinite or negative: nothing written; please "
+                    "report this");
   return done == HETAB_OK ? check_report(report) : cli_fail_context(job->ctx);
 }
 
@@ -255,21 +321,22 @@ static int fill_merl(tabulate_job *job) {
 
 static int publish_h5(tabulate_job *job, table_output *output) {
   hetab_h5_writer *writer = output->writer;
-  if (hetab_h5_write_report(job->ctx, writer, job->engine, &job->reports[OUTPUT_H5]) != HETAB_OK)
+  if (hetab_h5_write_report(job->ctx, writer, &job->reports[OUTPUT_H5]) != HETAB_OK)
     return cli_fail_context(job->ctx); /* the writer is aborted with the job */
   output->writer = NULL;
   return hetab_h5_commit(job->ctx, writer) == HETAB_OK ? -1 : cli_fail_context(job->ctx);
 }
 
+/* The CSV first: no table is without it. */
 static int publish_merl(tabulate_job *job, const table_output *output) {
-  int overwrite = job->request->force;
-  cli_file specular = {0};
-  int status = create_specular_csv(job, output->specular_path, &specular);
+  int was_there = faccessat(AT_FDCWD, output->specular_path, F_OK, AT_SYMLINK_NOFOLLOW) == 0;
+  int status = save_specular_csv(job, output->specular_path);
   if (status >= 0)
     return status;
-  if (hetab_merl_save(job->ctx, job->merl, output->path, overwrite) == HETAB_OK)
-    return cli_file_publish(&specular, overwrite);
-  cli_file_abort(&specular);
+  if (hetab_merl_save(job->ctx, job->merl, output->path, job->request->force) == HETAB_OK)
+    return -1;
+  if (!was_there)
+    unlink(output->specular_path);
   return cli_fail_context(job->ctx);
 }
 
@@ -303,7 +370,9 @@ static int run_job(const cli_command *self, const tabulate_request *request) {
   if (status < 0)
     status = plan_merl(self, &job);
   if (status < 0)
-    status = (job.ctx = cli_context()) ? evaluate(&job) : CLI_FAILURE;
+    status = (job.ctx = cli_context()) ? check_outputs(&job) : CLI_FAILURE;
+  if (status < 0)
+    status = evaluate(&job);
   if (status < 0)
     status = tabulate_summary(&job);
   for (size_t i = 0; i < job.output_count; i++) {
@@ -319,74 +388,9 @@ static int run_job(const cli_command *self, const tabulate_request *request) {
   return status;
 }
 
-static int parse(const cli_command *self, int argc, char **argv, tabulate_request *r) {
-  int first;
-  const cli_option options[] = {
-      {CLI_LIST, "output", 'o', "FILE",
-       "write FILE: a dense HDF5 table (.h5, .hdf5) or a MERL table (.binary); several -o share "
-       "one evaluation",
-       &r->files, 0, 0},
-      {CLI_FLAG, "force", 'f', NULL, "overwrite existing files", &r->force, 0, 0},
-      {CLI_TEXT, "theta-i", 0, "SPEC",
-       "incident polar angles of the dense table in degrees: start:stop:count, cells:N, or a list "
-       "(0:90:90)",
-       &r->axes[HETAB_THETA_I], 0, 0},
-      {CLI_TEXT, "theta-r", 0, "SPEC", "exitant polar angles (0:90:90)", &r->axes[HETAB_THETA_R], 0,
-       0},
-      {CLI_TEXT, "phi", 0, "SPEC", "azimuths, 180 being the mirror side (0:180:181)",
-       &r->axes[HETAB_PHI], 0, 0},
-      {CLI_TEXT, "wavelengths", 0, "SPEC",
-       "wavelengths in nm: start:stop:step or a list (the surface's own)", &r->wavelengths, 0, 0},
-      {CLI_CHOICE, "precision", 0, "float|double",
-       "arithmetic on the device (float; double for a --tolerance below 1e-5)", &r->precision, 0,
-       0},
-      {CLI_CHOICE, "element", 0, "float|double", "numbers in the HDF5 file (as --precision)",
-       &r->element, 0, 0},
-      {CLI_COUNT, "compress", 0, "LEVEL", "deflate level of the HDF5 file, 0 to 9 (0: none)",
-       &r->compression, 0, 9},
-      {CLI_CHOICE, "method", 0, "rows|series|literal",
-       "exact nodes and a polynomial along a row; the series at every entry; or the printed "
-       "equations in double on one core (rows)",
-       &r->method, 0, 0},
-      {CLI_NUMBER, "tolerance", 0, "E",
-       "largest relative error that rows may make (1e-5 in float, 1e-9 in double)", &r->tolerance,
-       1e-15, 0.1},
-      {CLI_TEXT, "device", 0, "SEL",
-       "number, numbers (0,1) or part of the name of a device, or all; see 'hetab devices'",
-       &r->device, 0, 0},
-      {CLI_COUNT, "samples", 0, "N",
-       "entries compared with the literal equations; 0 measures no error (2000)", &r->samples, 0,
-       1e9},
-      {CLI_COUNT, "seed", 0, "N", "seed of that sample (1)", &r->seed, 0, UINT_MAX},
-      {CLI_CHOICE, "merl-sampling", 0, "centre|edge|mean",
-       "where a MERL cell is evaluated; readers truncate, so centre serves them best (centre)",
-       &r->sampling, 0, 0},
-      {CLI_CHOICE, "merl-colour", 0, "srgb|mono|bands",
-       "MERL channels: linear sRGB under D65, one band, or one band each (srgb)", &r->colour, 0, 0},
-      {CLI_TEXT, "bands", 0, "NM[,NM,NM]", "wavelengths of mono or bands (R,G,B)", &r->bands, 0, 0},
-      {CLI_NUMBER, "specular-cone", 0, "DEG",
-       "fold the specular delta into the MERL table as an energy-preserving lobe that wide",
-       &r->cone_deg, 1e-3, 90},
-      {CLI_FLAG, "quiet", 'q', NULL, "print neither summary nor progress", &r->quiet, 0, 0},
-      {CLI_FLAG, "json", 0, NULL, "print the summary as JSON, as described above", &r->json, 0, 0},
-      {0},
-  };
-  int status = cli_parse_options(self, options, argc, argv, &first);
-  if (status >= 0)
-    return status;
-  if (!argv[first])
-    return cli_usage(self, "no SURFACE given");
-  if (argv[first + 1])
-    return cli_usage(self, "unexpected argument '%s'", argv[first + 1]);
-  if (r->files.count == 0)
-    return cli_usage(self, "no output given: use -o FILE");
-  r->surface = argv[first];
-  return -1;
-}
-
 static int run(const cli_command *self, int argc, char **argv) {
   tabulate_request request = {.precision = -1, .element = -1, .samples = 2000, .seed = 1};
-  int status = parse(self, argc, argv, &request);
+  int status = tabulate_parse(self, argc, argv, &request);
   if (status < 0)
     status = run_job(self, &request);
   free(request.files.items);

@@ -8,10 +8,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MAX_OPTIONS = 32, HELP_COLUMN = 28, WIDTH = 80 };
+enum { HELP_COLUMN = 28, WIDTH = 80 };
 
 /* getopt's codes for options: their place in the table, out of the way of letters. */
-enum { CODE_BASE = 1000, CODE_HELP = CODE_BASE + MAX_OPTIONS };
+enum { CODE_BASE = 1000, CODE_HELP = CODE_BASE + CLI_MAX_OPTIONS };
 
 int cli_number(const char *text, double *value) {
   while (isspace((unsigned char)*text))
@@ -195,8 +195,8 @@ static void describe(const cli_option *options, struct option *longs, char *shor
 
 int cli_parse_options(const cli_command *self, const cli_option *options, int argc, char **argv,
                       int *first) {
-  struct option longs[MAX_OPTIONS + 2];
-  char shorts[2 * MAX_OPTIONS + 2];
+  struct option longs[CLI_MAX_OPTIONS + 2];
+  char shorts[2 * CLI_MAX_OPTIONS + 2];
   describe(options, longs, shorts);
   opterr = 0;
   optind = 0; /* 0, not 1: glibc starts afresh */

@@ -5,6 +5,8 @@
 #include <stddef.h>
 #include "cli.h"
 
+enum { CLI_MAX_OPTIONS = 32 }; /* of a table */
+
 typedef enum cli_kind {
   CLI_FLAG,   /* int: 1 if given */
   CLI_TEXT,   /* const char * */

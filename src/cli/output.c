@@ -26,131 +26,54 @@ static const char *name_of(const char *path) {
   return slash ? slash + 1 : path;
 }
 
-static int directory_allowed(const char *path, const char *directory) {
-  struct stat info;
-  if (stat(directory, &info) != 0)
-    return cli_fail("%s: directory '%s': %s", path, directory, strerror(errno)), 0;
-  if (!S_ISDIR(info.st_mode))
-    return cli_fail("%s: '%s' is not a directory", path, directory), 0;
-  if (access(directory, W_OK | X_OK) != 0)
-    return cli_fail("%s: cannot write in directory '%s': %s", path, directory, strerror(errno)), 0;
-  return 1;
+int cli_output_allowed(hetab_context *ctx, const char *path, int overwrite) {
+  hetab_status status = hetab_output_check(ctx, path, overwrite);
+  if (status == HETAB_ERR_EXISTS)
+    cli_fail("%s exists: use --force to overwrite it", path);
+  else if (status != HETAB_OK)
+    cli_fail_context(ctx);
+  return status == HETAB_OK;
 }
 
-int cli_output_allowed(const char *path, int overwrite) {
-  char *directory = directory_of(path);
-  if (!directory)
-    return cli_fail("out of memory"), 0;
-  int allowed = directory_allowed(path, directory);
-  free(directory);
-  struct stat info;
-  if (!allowed)
-    return 0;
-  if (stat(path, &info) == 0 && !S_ISREG(info.st_mode))
-    return cli_fail("%s exists and is not a regular file: choose another name", path), 0;
-  if (lstat(path, &info) == 0 && !overwrite)
-    return cli_fail("%s exists: use --force to overwrite it", path), 0;
-  return 1;
+static int same_inode(const char *a, const char *b) {
+  struct stat info_a, info_b;
+  return stat(a, &info_a) == 0 && stat(b, &info_b) == 0 && info_a.st_dev == info_b.st_dev &&
+         info_a.st_ino == info_b.st_ino;
 }
 
 int cli_same_file(const char *a, const char *b) {
   char *directory_a = directory_of(a), *directory_b = directory_of(b);
-  struct stat info_a, info_b;
-  int same = directory_a && directory_b && strcmp(name_of(a), name_of(b)) == 0 &&
-             stat(directory_a, &info_a) == 0 && stat(directory_b, &info_b) == 0 &&
-             info_a.st_dev == info_b.st_dev && info_a.st_ino == info_b.st_ino;
+  int same =
+      same_inode(a, b) || (directory_a && directory_b && strcmp(name_of(a), name_of(b)) == 0 &&
+                           same_inode(directory_a, directory_b));
   free(directory_a);
   free(directory_b);
   return same;
 }
 
-/* "DIRECTORY/.NAME.PID": hidden, beside the target so that it can be renamed or linked. */
-static char *temporary_name(const char *path) {
-  char *name;
-  int head = (int)(name_of(path) - path);
-  return asprintf(&name, "%.*s.%s.%ld", head, path, name_of(path), (long)getpid()) < 0 ? NULL
-                                                                                       : name;
+int cli_text_begin(cli_text *text) {
+  *text = (cli_text){0};
+  text->stream = open_memstream(&text->text, &text->size);
+  return text->stream ? -1 : cli_fail("out of memory");
 }
 
-/* A file without a name if the file system has that: a kill then leaves nothing behind. */
-static int open_unpublished(cli_file *file) {
-  char *directory = directory_of(file->path);
-  int descriptor = directory ? open(directory, O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666) : -1;
-  free(directory);
-  if (descriptor >= 0)
-    return descriptor;
-  file->temporary = temporary_name(file->path);
-  return file->temporary ? open(file->temporary, O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666)
-                         : -1;
-}
-
-int cli_file_create(cli_file *file, const char *path) {
-  *file = (cli_file){.path = strdup(path)};
-  int descriptor = file->path ? open_unpublished(file) : -1;
-  if (descriptor >= 0)
-    file->stream = fdopen(descriptor, "w");
-  if (file->stream)
-    return -1;
-  int status = cli_fail("%s: %s", path, strerror(errno));
-  if (descriptor >= 0)
-    close(descriptor);
-  cli_file_abort(file);
+int cli_text_save(cli_text *text, hetab_context *ctx, const char *path, int overwrite) {
+  int status = -1, failed = ferror(text->stream);
+  failed |= fclose(text->stream); /* which brings text and size up to date */
+  text->stream = NULL;
+  if (failed)
+    status = cli_fail("%s: out of memory", path);
+  else if (hetab_text_save(ctx, path, text->text, text->size, overwrite) != HETAB_OK)
+    status = cli_fail_context(ctx);
+  cli_text_free(text);
   return status;
 }
 
-/* link() refuses to replace what exists. */
-static int link_as(const cli_file *file, const char *path) {
-  char descriptor[64];
-  snprintf(descriptor, sizeof descriptor, "/proc/self/fd/%d", fileno(file->stream));
-  return linkat(AT_FDCWD, file->temporary ? file->temporary : descriptor, AT_FDCWD, path,
-                AT_SYMLINK_FOLLOW);
-}
-
-/* Only a rename replaces an old file in one step, and only what has a name can be renamed. */
-static int move_into_place(cli_file *file, int overwrite) {
-  if (!overwrite)
-    return link_as(file, file->path);
-  if (!file->temporary) {
-    char *name = temporary_name(file->path);
-    if (!name || link_as(file, name) != 0) {
-      free(name);
-      return -1;
-    }
-    file->temporary = name;
-  }
-  return rename(file->temporary, file->path);
-}
-
-static void sync_directory(const char *path) {
-  char *directory = directory_of(path);
-  int descriptor = directory ? open(directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC) : -1;
-  if (descriptor >= 0) {
-    fsync(descriptor);
-    close(descriptor);
-  }
-  free(directory);
-}
-
-int cli_file_publish(cli_file *file, int overwrite) {
-  int status = -1;
-  errno = 0;
-  if (fflush(file->stream) != 0 || ferror(file->stream) || fsync(fileno(file->stream)) != 0 ||
-      move_into_place(file, overwrite) != 0)
-    status = cli_fail("%s: %s", file->path, strerror(errno ? errno : EIO));
-  else
-    sync_directory(file->path);
-  cli_file_abort(file);
-  return status;
-}
-
-void cli_file_abort(cli_file *file) {
-  if (file->stream)
-    fclose(file->stream);
-  if (file->temporary) /* gone already if it was renamed */
-    unlink(file->temporary);
-  free(file->temporary);
-  free(file->path);
-  *file = (cli_file){0};
+void cli_text_free(cli_text *text) {
+  if (text->stream)
+    fclose(text->stream);
+  free(text->text);
+  *text = (cli_text){0};
 }
 
 /* ---- numbers ------------------------------------------------------------------------------- */

@@ -1,29 +1,28 @@
-/* What the program writes: text files whole or not at all, JSON and aligned tables. */
+/* What the program writes: text files, JSON and aligned tables. */
 #ifndef HETAB_CLI_OUTPUT_H
 #define HETAB_CLI_OUTPUT_H
 
 #include <stddef.h>
 #include <stdio.h>
 #include <jansson.h>
-#include <hetab/tabulate.h>
+#include <hetab/hetab.h>
 
-/* Whether path may become an output file: its directory exists and can be written, path is no
- * directory, and does not exist unless overwrite. Returns 0 after printing why not. */
-int cli_output_allowed(const char *path, int overwrite);
+/* Whether path may become an output file. Returns 0 after printing why not. */
+int cli_output_allowed(hetab_context *ctx, const char *path, int overwrite);
 /* Two paths of one file, existing or not. */
 int cli_same_file(const char *a, const char *b);
 
-/* A text file in the making: nothing appears under its path before cli_file_publish. */
-typedef struct cli_file {
+/* A text file in the making, in memory. */
+typedef struct cli_text {
   FILE *stream;
-  char *path;
-  char *temporary; /* name of the unpublished file; NULL: it has none (O_TMPFILE) */
-} cli_file;
+  char *text;
+  size_t size;
+} cli_text;
 
 /* -1 to go on, else the exit status after printing why. */
-int cli_file_create(cli_file *file, const char *path);
-int cli_file_publish(cli_file *file, int overwrite);
-void cli_file_abort(cli_file *file); /* fine after publish, and on a zeroed one */
+int cli_text_begin(cli_text *text);
+int cli_text_save(cli_text *text, hetab_context *ctx, const char *path, int overwrite);
+void cli_text_free(cli_text *text); /* fine after save, and on a zeroed one */
 
 /* "1.23 G", "45.0 k", "0": three digits and an SI prefix. */
 void cli_si(double value, char *text, size_t size);

@@ -3,10 +3,16 @@
 #include <string.h>
 
 #include "output.h"
-#include "tabulate.h"
+#include "tabulate_job.h"
 
 static double rate(double entries, double seconds) {
   return seconds > 0 ? entries / seconds : 0;
+}
+
+/* Of the file's numbers. */
+static hetab_error_stats file_error(const tabulate_job *job, const table_output *output) {
+  const hetab_error_stats *error = &job->reports[output->format].error;
+  return output->format == OUTPUT_H5 ? hetab_h5_error(&job->h5_options, error) : *error;
 }
 
 /* ---- JSON ---------------------------------------------------------------------------------- */
@@ -21,13 +27,14 @@ static json_t *specular_json(const tabulate_job *job, const table_output *output
 
 static json_t *output_json(const tabulate_job *job, const table_output *output) {
   const hetab_report *report = &job->reports[output->format];
+  hetab_error_stats error = file_error(job, output);
   json_t *json = json_pack("{so ss sf sf sf sf sf so so}", "file", cli_json_text(output->path),
                            "format", output->format == OUTPUT_H5 ? "hdf5" : "merl", "entries",
                            report->entries, "seconds", report->wall_seconds, "entries_per_second",
                            rate(report->entries, report->wall_seconds), "kernel_seconds",
                            report->kernel_seconds, "kernel_entries_per_second",
                            rate(report->entries, report->kernel_seconds), "error",
-                           cli_json_error(&report->error), "specular", specular_json(job, output));
+                           cli_json_error(&error), "specular", specular_json(job, output));
   if (json && output->format == OUTPUT_MERL)
     json_object_set_new(json, "clamped", json_integer((json_int_t)report->clamped));
   return json;
@@ -55,15 +62,17 @@ static int longest_path(const tabulate_job *job) {
   return (int)longest;
 }
 
-static void print_row(const table_output *output, const hetab_report *report, int width) {
+static void print_row(const tabulate_job *job, const table_output *output, int width) {
+  const hetab_report *report = &job->reports[output->format];
+  hetab_error_stats error = file_error(job, output);
   char entries[16], speed[16], kernel[16] = "-", max[16], p99[16], rms[16];
   cli_si(report->entries, entries, sizeof entries);
   cli_si(rate(report->entries, report->wall_seconds), speed, sizeof speed);
   if (report->kernel_seconds > 0)
     cli_si(rate(report->entries, report->kernel_seconds), kernel, sizeof kernel);
-  cli_error_text(&report->error, report->error.max_rel, max, sizeof max);
-  cli_error_text(&report->error, report->error.p99_rel, p99, sizeof p99);
-  cli_error_text(&report->error, report->error.rms_rel, rms, sizeof rms);
+  cli_error_text(&error, error.max_rel, max, sizeof max);
+  cli_error_text(&error, error.p99_rel, p99, sizeof p99);
+  cli_error_text(&error, error.rms_rel, rms, sizeof rms);
   printf("%-*s %8s %8.3f %10s %10s %9s %9s %9s\n", width, output->path, entries,
          report->wall_seconds, speed, kernel, max, p99, rms);
 }
@@ -95,7 +104,7 @@ static int print_text(const tabulate_job *job) {
   printf("%-*s %8s %8s %10s %10s %9s %9s %9s\n", width, "file", "entries", "seconds", "entries/s",
          "kernel/s", "max error", "p99 error", "RMS error");
   for (size_t i = 0; i < job->output_count; i++)
-    print_row(&job->outputs[i], &job->reports[job->outputs[i].format], width);
+    print_row(job, &job->outputs[i], width);
   for (size_t i = 0; i < job->output_count; i++)
     print_notes(job, &job->outputs[i]);
   return CLI_OK;

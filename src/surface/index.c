@@ -1,4 +1,4 @@
-#include "surface/index.h"
+#include "surface/index_internal.h"
 
 #include <errno.h>
 #include <limits.h>

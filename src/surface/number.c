@@ -8,12 +8,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-const hetab_rule hetab_rule_length = {1e-9, 1e9, "a length from 1e-9 to 1e9 um"};
+/* As the model's limits (model/limits.c). */
+const hetab_rule hetab_rule_length = {1e-9, 1e6, "a length from 1e-9 to 1e6 um"};
 const hetab_rule hetab_rule_slope = {1e-9, 1e9, "a slope sigma0/tau from 1e-9 to 1e9"};
-const hetab_rule hetab_rule_n = {1e-6, 1e6, "an index n > 0, from 1e-6 to 1e6"};
-const hetab_rule hetab_rule_k = {0, 1e6, "an index k >= 0, at most 1e6 (absorption is positive)"};
+const hetab_rule hetab_rule_n = {1e-6, 1e3, "an index n > 0, from 1e-6 to 1000"};
+const hetab_rule hetab_rule_k = {0, 1e3, "an index k >= 0, at most 1000 (absorption is positive)"};
 const hetab_rule hetab_rule_reflectance = {0, 1, "a reflectance from 0 to 1"};
-const hetab_rule hetab_rule_brdf = {0, 1e6, "a BRDF from 0 to 1e6 1/sr"};
+const hetab_rule hetab_rule_brdf = {0, 1e3, "a BRDF from 0 to 1000 1/sr"};
 const hetab_rule hetab_rule_any = {-DBL_MAX, DBL_MAX, "a finite number"};
 
 static locale_t c_locale;

@@ -8,7 +8,7 @@
 /* The range of a quantity, ends included, and the words that ask for a value in it. */
 typedef struct hetab_rule {
   double min, max;
-  const char *wanted; /* "a length from 1e-9 to 1e9 um" */
+  const char *wanted; /* "a length from 1e-9 to 1e6 um" */
 } hetab_rule;
 
 extern const hetab_rule hetab_rule_length;      /* roughness and wavelengths, um */

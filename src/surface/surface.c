@@ -1,4 +1,4 @@
-#include "surface/surface.h"
+#include "surface/surface_internal.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -2,7 +2,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include "surface/surface.h"
+#include "surface/surface_internal.h"
 #include "surface/text.h"
 #include "surface/wavelengths.h"
 #include "surface/yaml.h"

@@ -22,6 +22,7 @@ enum { CHUNK_LEAST = 32 << 10, CHUNK_MOST = 1 << 20, COMPRESSING_CACHE = 8 << 20
 struct hetab_h5_writer {
   hetab_atomic_file *file;
   hetab_h5_descriptor descriptor;
+  hetab_h5_options options;
   hid_t h5, brdf, specular, slab_type;
   hsize_t dims[RANK];
   unsigned char *written; /* [wavelength][theta_i]: rows that are in the file */
@@ -124,6 +125,22 @@ static hid_t put_quantity(hid_t file, const char *name, const char *units, const
   return H5I_INVALID_HID;
 }
 
+/* The extent, from most / 2 to most, whose chunks reach least beyond the axis: HDF5 stores the
+ * chunks at its end whole. The largest of several. */
+static hsize_t fitting_extent(hsize_t count, hsize_t most) {
+  hsize_t best = most, least = count;
+  if (most >= count)
+    return count;
+  for (hsize_t extent = most; extent >= (most + 1) / 2; extent--) {
+    hsize_t waste = (extent - count % extent) % extent;
+    if (waste < least) {
+      best = extent;
+      least = waste;
+    }
+  }
+  return best;
+}
+
 /* All of phi and theta_r for one theta_i, so that slabs consist of whole chunks; more theta_i where
  * that is little, part of theta_r where it is much. */
 static void choose_chunk(const hsize_t dims[RANK], size_t element, hsize_t chunk[RANK]) {
@@ -131,12 +148,10 @@ static void choose_chunk(const hsize_t dims[RANK], size_t element, hsize_t chunk
   chunk[WAVELENGTH] = chunk[THETA_I] = 1;
   chunk[THETA_R] = dims[THETA_R];
   chunk[PHI] = dims[PHI];
-  if (block < CHUNK_LEAST) {
-    hsize_t blocks = CHUNK_LEAST / block;
-    chunk[THETA_I] = blocks < dims[THETA_I] ? blocks : dims[THETA_I];
-  } else if (block > CHUNK_MOST) {
-    chunk[THETA_R] = CHUNK_MOST / row;
-  }
+  if (block < CHUNK_LEAST)
+    chunk[THETA_I] = fitting_extent(dims[THETA_I], CHUNK_LEAST / block);
+  else if (block > CHUNK_MOST)
+    chunk[THETA_R] = fitting_extent(dims[THETA_R], CHUNK_MOST / row);
 }
 
 /* Space is allocated at once where its size is known, so that a full disk is found at once. */
@@ -294,6 +309,7 @@ static hetab_status make_writer(hetab_context *ctx, const hetab_surface *surface
   if (!writer)
     return HETAB_ERR_MEMORY;
   writer->h5 = writer->brdf = writer->specular = H5I_INVALID_HID;
+  writer->options = *options;
   writer->slab_type = options->slabs == HETAB_FLOAT ? H5T_NATIVE_FLOAT : H5T_NATIVE_DOUBLE;
   writer->dims[WAVELENGTH] = hetab_surface_band_count(surface);
   writer->dims[THETA_I] = hetab_grid_count(grid, HETAB_THETA_I);
@@ -400,25 +416,48 @@ hetab_status hetab_h5_write_specular(hetab_context *ctx, hetab_h5_writer *writer
   return HETAB_OK;
 }
 
-static herr_t put_report(hid_t root, const hetab_engine *engine, const hetab_report *report) {
-  const hetab_error_stats *error = &report->error;
-  if (put_text(root, "method", hetab_method_name(hetab_engine_method(engine))) < 0 ||
-      put_text(root, "precision", hetab_precision_name(hetab_engine_precision(engine))) < 0 ||
-      put_text(root, "device", hetab_engine_device(engine)) < 0 ||
-      put_number(root, "tolerance", hetab_engine_tolerance(engine)) < 0 ||
-      put_number(root, "error_max_rel", error->max_rel) < 0 ||
+/* Half a unit in the last place of a float, and of one just below the floor of 1e-9 / sr. */
+static const double float_rounding = 6e-8, float_rounding_below = 6e-17;
+
+hetab_error_stats hetab_h5_error(const hetab_h5_options *options, const hetab_error_stats *error) {
+  hetab_error_stats result = *error;
+  if (options->slabs != HETAB_DOUBLE || options->element != HETAB_FLOAT)
+    return result;
+  if (result.compared) {
+    result.max_rel += float_rounding;
+    result.p99_rel += float_rounding;
+    result.rms_rel = hypot(result.rms_rel, float_rounding);
+  }
+  if (result.compared < result.samples)
+    result.max_abs_below += float_rounding_below;
+  return result;
+}
+
+static herr_t put_error(hid_t root, const hetab_error_stats *error) {
+  if (put_number(root, "error_max_rel", error->max_rel) < 0 ||
       put_number(root, "error_p99_rel", error->p99_rel) < 0 ||
       put_number(root, "error_rms_rel", error->rms_rel) < 0 ||
-      put_number(root, "error_max_abs_below_floor", error->max_abs_below) < 0)
+      put_number(root, "error_max_abs_below_floor", error->max_abs_below) < 0 ||
+      put_number(root, "error_samples", (double)error->samples) < 0)
     return -1;
-  return put_number(root, "error_samples", (double)error->samples);
+  return put_number(root, "error_compared", (double)error->compared);
+}
+
+static herr_t put_report(const hetab_h5_writer *writer, const hetab_report *report) {
+  hetab_error_stats error = hetab_h5_error(&writer->options, &report->error);
+  if (put_text(writer->h5, "method", hetab_method_name(report->method)) < 0 ||
+      put_text(writer->h5, "precision", hetab_precision_name(report->precision)) < 0 ||
+      put_text(writer->h5, "device", report->device) < 0 ||
+      put_number(writer->h5, "tolerance", report->tolerance) < 0)
+    return -1;
+  return put_error(writer->h5, &error);
 }
 
 hetab_status hetab_h5_write_report(hetab_context *ctx, hetab_h5_writer *writer,
-                                   const hetab_engine *engine, const hetab_report *report) {
+                                   const hetab_report *report) {
   hetab_h5_errors errors;
   hetab_h5_errors_begin(&errors);
-  herr_t result = put_report(writer->h5, engine, report);
+  herr_t result = put_report(writer, report);
   hetab_h5_errors_end(&errors);
   return outcome(ctx, writer, result, &errors);
 }

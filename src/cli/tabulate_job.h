@@ -1,6 +1,6 @@
 /* The tabulate command's job, shared by what runs it and what reports it. */
-#ifndef HETAB_CLI_TABULATE_H
-#define HETAB_CLI_TABULATE_H
+#ifndef HETAB_CLI_TABULATE_JOB_H
+#define HETAB_CLI_TABULATE_JOB_H
 
 #include <hetab/hetab.h>
 #include "options.h"
@@ -33,11 +33,16 @@ typedef struct tabulate_job {
   hetab_engine *engine;
   table_output *outputs;
   size_t output_count;
+  hetab_h5_options h5_options;
+  int bad_slab; /* a NaN, infinite or negative entry came */
   hetab_merl_options merl_options;
   hetab_merl *merl;
   hetab_report reports[2]; /* by output_format */
   double specular_max[2];  /* largest rho_s, by output_format */
 } tabulate_job;
+
+/* -1 to go on with *request, else the exit status. */
+int tabulate_parse(const cli_command *self, int argc, char **argv, tabulate_request *request);
 
 /* The summary on standard output; the exit status. */
 int tabulate_summary(const tabulate_job *job);

@@ -1,4 +1,4 @@
-#include "audit/dense.h"
+#include "audit/dense_table.h"
 
 #include <math.h>
 #include <stdint.h>

@@ -1,6 +1,6 @@
 /* One wavelength of a dense table, [theta_i][theta_r][phi], as a renderer looks it up. */
-#ifndef HETAB_AUDIT_DENSE_H
-#define HETAB_AUDIT_DENSE_H
+#ifndef HETAB_AUDIT_DENSE_TABLE_H
+#define HETAB_AUDIT_DENSE_TABLE_H
 
 #include <hetab/audit.h>
 #include <hetab/grid.h>

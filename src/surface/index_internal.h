@@ -1,6 +1,6 @@
 /* What a refractive index is made of, for the readers of its files. */
-#ifndef HETAB_SURFACE_INDEX_H
-#define HETAB_SURFACE_INDEX_H
+#ifndef HETAB_SURFACE_INDEX_INTERNAL_H
+#define HETAB_SURFACE_INDEX_INTERNAL_H
 
 #include <hetab/index.h>
 #include "core/context.h"

@@ -1,6 +1,6 @@
 /* The audit command's results, shared by what finds them and what reports them. */
-#ifndef HETAB_CLI_AUDIT_H
-#define HETAB_CLI_AUDIT_H
+#ifndef HETAB_CLI_AUDIT_COMMAND_H
+#define HETAB_CLI_AUDIT_COMMAND_H
 
 #include <stdio.h>
 #include <jansson.h>

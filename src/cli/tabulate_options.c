@@ -1,0 +1,102 @@
+/* The tabulate command's options, in groups. Each group returns the place after its last one. */
+#include <limits.h>
+#include <string.h>
+
+#include "cli.h"
+#include "tabulate_job.h"
+
+/* What is written. */
+static cli_option *output_options(cli_option *next, tabulate_request *r) {
+  const cli_option options[] = {
+      {CLI_LIST, "output", 'o', "FILE",
+       "write FILE: a dense HDF5 table (.h5, .hdf5) or a MERL table (.binary); several -o share "
+       "one evaluation",
+       &r->files, 0, 0},
+      {CLI_FLAG, "force", 'f', NULL, "overwrite existing files", &r->force, 0, 0},
+      {CLI_CHOICE, "element", 0, "float|double", "numbers in the HDF5 file (as --precision)",
+       &r->element, 0, 0},
+      {CLI_COUNT, "compress", 0, "LEVEL", "deflate level of the HDF5 file, 0 to 9 (0: none)",
+       &r->compression, 0, 9},
+      {CLI_FLAG, "quiet", 'q', NULL, "print neither summary nor progress", &r->quiet, 0, 0},
+      {CLI_FLAG, "json", 0, NULL, "print the summary as JSON, as described above", &r->json, 0, 0},
+  };
+  memcpy(next, options, sizeof options);
+  return next + sizeof options / sizeof *options;
+}
+
+/* Where the dense table is evaluated. */
+static cli_option *grid_options(cli_option *next, tabulate_request *r) {
+  const cli_option options[] = {
+      {CLI_TEXT, "theta-i", 0, "SPEC",
+       "incident polar angles of the dense table in degrees: start:stop:count, cells:N, or a list "
+       "(0:90:90)",
+       &r->axes[HETAB_THETA_I], 0, 0},
+      {CLI_TEXT, "theta-r", 0, "SPEC", "exitant polar angles (0:90:90)", &r->axes[HETAB_THETA_R], 0,
+       0},
+      {CLI_TEXT, "phi", 0, "SPEC", "azimuths, 180 being the mirror side (0:180:181)",
+       &r->axes[HETAB_PHI], 0, 0},
+      {CLI_TEXT, "wavelengths", 0, "SPEC",
+       "wavelengths in nm: start:stop:step or a list (the surface's own)", &r->wavelengths, 0, 0},
+  };
+  memcpy(next, options, sizeof options);
+  return next + sizeof options / sizeof *options;
+}
+
+/* How it is evaluated, and measured. */
+static cli_option *engine_options(cli_option *next, tabulate_request *r) {
+  const cli_option options[] = {
+      {CLI_CHOICE, "precision", 0, "float|double",
+       "arithmetic on the device (float; double for a --tolerance below 1e-5)", &r->precision, 0,
+       0},
+      {CLI_CHOICE, "method", 0, "rows|series|literal",
+       "exact nodes and a polynomial along a row; the series at every entry; or the printed "
+       "equations in double on one core (rows)",
+       &r->method, 0, 0},
+      {CLI_NUMBER, "tolerance", 0, "E",
+       "largest relative error that rows may make (1e-5 in float, 1e-9 in double)", &r->tolerance,
+       1e-15, 0.1},
+      {CLI_TEXT, "device", 0, "SEL",
+       "number, numbers (0,1) or part of the name of a device, or all; see 'hetab devices'",
+       &r->device, 0, 0},
+      {CLI_COUNT, "samples", 0, "N",
+       "entries compared with the literal equations; 0 measures no error (2000)", &r->samples, 0,
+       1e9},
+      {CLI_COUNT, "seed", 0, "N", "seed of that sample (1)", &r->seed, 0, UINT_MAX},
+  };
+  memcpy(next, options, sizeof options);
+  return next + sizeof options / sizeof *options;
+}
+
+/* MERL tables. */
+static cli_option *merl_options(cli_option *next, tabulate_request *r) {
+  const cli_option options[] = {
+      {CLI_CHOICE, "merl-sampling", 0, "centre|edge|mean",
+       "where a MERL cell is evaluated; readers truncate, so centre serves them best (centre)",
+       &r->sampling, 0, 0},
+      {CLI_CHOICE, "merl-colour", 0, "srgb|mono|bands",
+       "MERL channels: linear sRGB under D65, one band, or one band each (srgb)", &r->colour, 0, 0},
+      {CLI_TEXT, "bands", 0, "NM[,NM,NM]", "wavelengths of mono or bands (R,G,B)", &r->bands, 0, 0},
+      {CLI_NUMBER, "specular-cone", 0, "DEG",
+       "fold the specular delta into the MERL table as an energy-preserving lobe that wide",
+       &r->cone_deg, 1e-3, 90},
+  };
+  memcpy(next, options, sizeof options);
+  return next + sizeof options / sizeof *options;
+}
+
+int tabulate_parse(const cli_command *self, int argc, char **argv, tabulate_request *r) {
+  cli_option options[CLI_MAX_OPTIONS + 1] = {0};
+  int first;
+  merl_options(engine_options(grid_options(output_options(options, r), r), r), r);
+  int status = cli_parse_options(self, options, argc, argv, &first);
+  if (status >= 0)
+    return status;
+  if (!argv[first])
+    return cli_usage(self, "no SURFACE given");
+  if (argv[first + 1])
+    return cli_usage(self, "unexpected argument '%s'", argv[first + 1]);
+  if (r->files.count == 0)
+    return cli_usage(self, "no output given: use -o FILE");
+  r->surface = argv[first];
+  return -1;
+}
