@@ -13,15 +13,6 @@
 static const double FLOAT_LEAST = 1e-5, FLOAT_USUAL = 1e-5;
 static const double DOUBLE_LEAST = 1e-11, DOUBLE_USUAL = 1e-9;
 
-const char *hetab_method_name(hetab_method method) {
-  static const char *const names[] = {"rows", "series", "literal"};
-  return (size_t)method < 3 ? names[method] : "unknown";
-}
-
-const char *hetab_precision_name(hetab_precision precision) {
-  return precision == HETAB_DOUBLE ? "double" : "float";
-}
-
 hetab_precision hetab_engine_precision(const hetab_engine *engine) {
   return engine->precision;
 }
