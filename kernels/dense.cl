@@ -52,9 +52,9 @@ static inline vreal hetab_row_lateral2(const hetab_row *row, vreal one_plus_cos)
 
 /* dd + ud of one vector of entries, given its h. */
 static inline vreal hetab_row_value(const hetab_row *row, vreal lateral2, vreal h) {
-  vreal cos2_d = fmin(RC(0.25) * (row->mu2 + lateral2), (vreal)RC(1.0));
+  vreal cos2_d = RC(0.25) * (row->mu2 + lateral2);
   vreal fresnel = row->wave.fitted
-                      ? hetab_fresnel_fitted(cos2_d, row->wave.fresnel_fit)
+                      ? hetab_fresnel_fitted(cos2_d, row->wave.fresnel_fit, row->wave.fitted)
                       : hetab_fresnel(cos2_d, (vreal)row->wave.e1, (vreal)row->wave.nk);
   return hetab_dd(cos2_d, fresnel, (vreal)row->amplitude, h) + row->wave.diffuse_brdf;
 }
@@ -101,13 +101,27 @@ static inline real hetab_row_x_at(const hetab_row *row, real one_plus_cos) {
   return row->wave.x.hi * (row->x.d2.hi + row->x.p * one_plus_cos);
 }
 
-/* x falls along the row: segments are entered from above, each loaded once by a work-item. */
+/* A row that lies beyond the end of the atlas everywhere. */
+static inline void hetab_row_fill(const hetab_row *row, int phi_count) {
+  vreal value = (vreal)row->wave.diffuse_brdf;
+  for (int e = hetab_row_item() * HETAB_VW; e < phi_count;
+       e += HETAB_ROW_ITEMS * hetab_row_own(e, phi_count))
+    hetab_row_store(row, value, e, phi_count);
+}
+
+/* x falls along the row: segments are entered from above, each loaded once by a work-item. Entries
+ * of the first block that lie beyond x_end get the value there, which is too small to matter. */
 static inline void hetab_row_by_atlas(const hetab_row *row, const hetab_atlas *atlas, int panel,
                                       __global const real *one_plus_cos, int phi_count) {
   __global const real *head = atlas->panels + panel * HETAB_PANEL_REALS;
-  int first = (int)head[0], at = first + (int)head[1], own;
+  const int first = (int)head[0], none = first + (int)head[1];
+  int at = none, own;
   real u = hetab_product_less(row->wave.g, row->mu2_ratio2, head[2]) * head[3];
   real x_end = head[4];
+  if (hetab_row_x_at(row, one_plus_cos[phi_count - 1]) >= x_end) {
+    hetab_row_fill(row, phi_count);
+    return;
+  }
   hetab_segment s;
   s.start = x_end; /* no segment yet */
   for (int e = hetab_row_item() * HETAB_VW; e < phi_count; e += HETAB_ROW_ITEMS * own) {
@@ -117,16 +131,14 @@ static inline void hetab_row_by_atlas(const hetab_row *row, const hetab_atlas *a
     real x_last = hetab_row_x_at(row, one_plus_cos[e + own - 1]);
     if (x_last < x_end) {
       vreal lateral2 = hetab_row_lateral2(row, q);
-      vreal x = row->wave.x.hi * lateral2;
       vreal h = RC(0.0);
-      if (at < first + (int)head[1])
+      if (at < none)
         h = hetab_atlas_h(&s, q);
       while (at > first && x_last < s.start) {
-        vreal below = (vreal)s.start;
+        vreal above = row->wave.x.hi * lateral2 - s.start;
         hetab_atlas_load(atlas, --at, u, &row->x, &s);
-        h = x < below ? hetab_atlas_h(&s, q) : h;
+        h = above < (vreal)RC(0.0) ? hetab_atlas_h(&s, q) : h;
       }
-      h = x < (vreal)x_end ? h : (vreal)RC(0.0);
       value = hetab_row_value(row, lateral2, h);
     }
     hetab_row_store(row, value, e, phi_count);

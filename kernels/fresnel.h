@@ -15,9 +15,7 @@
 static inline vreal hetab_fresnel_mean(vreal cos2, vreal t, vreal m, vreal minus_s) {
   vreal sin2 = RC(1.0) - cos2;
   vreal u = m * cos2 + sin2 * sin2;
-  /* bounded for n = 1 at grazing, which is 0/0, and for a last digit over 1 */
-  vreal plus = fmax((cos2 + m + t) * (u + t * sin2), (vreal)RC(1e-30));
-  return fmin(minus_s * u / plus, (vreal)RC(1.0));
+  return minus_s * u / ((cos2 + m + t) * (u + t * sin2));
 }
 
 /* In: e1 = n^2 - k^2 - 1 and nk = n k, which the host forms in double: near n = 1 a float n has no
@@ -35,18 +33,26 @@ static inline vreal hetab_fresnel(vreal cos2, vreal e1, vreal nk) {
   vreal a = re > (vreal)RC(0.0) ? large : small;
   vreal b = re > (vreal)RC(0.0) ? small : large;
   vreal a_c = (e1 + b * b) / fmax(a + c, (vreal)RC(1e-18));
-  return hetab_fresnel_mean(cos2, RC(2.0) * a * c, m, a_c * a_c + b * b);
+  /* 1e-30: at n = 1 and grazing the quotient is 0/0 */
+  vreal mean = hetab_fresnel_mean(cos2, RC(2.0) * a * c, m + RC(1e-30), a_c * a_c + b * b);
+  return fmin(mean, (vreal)RC(1.0));
 }
 
 #ifdef HETAB_CL
 /* For indices far from 1, as of metals: a and m hardly depend on the angle, and the host has made
  * polynomials of both in 2 cos^2 - 1 (src/model/fresnel_fit.c says when they are good enough).
  * Two square roots and a division less, in the hottest loop there is. */
-static inline vreal hetab_fresnel_fitted(vreal cos2, __global const real *fit) {
+static inline vreal hetab_fresnel_fitted(vreal cos2, __global const real *fit, int count) {
   vreal v = RC(2.0) * cos2 - RC(1.0);
-  vreal a = (vreal)fit[HETAB_FRESNEL_FIT - 1], m = (vreal)fit[2 * HETAB_FRESNEL_FIT - 1];
+  vreal a = RC(0.0), m = RC(0.0);
+  if (count > HETAB_FRESNEL_SHORT)
 #pragma unroll
-  for (int i = HETAB_FRESNEL_FIT - 2; i >= 0; i--) {
+    for (int i = HETAB_FRESNEL_FIT - 1; i >= HETAB_FRESNEL_SHORT; i--) {
+      a = fma(a, v, (vreal)fit[i]);
+      m = fma(m, v, (vreal)fit[HETAB_FRESNEL_FIT + i]);
+    }
+#pragma unroll
+  for (int i = HETAB_FRESNEL_SHORT - 1; i >= 0; i--) {
     a = fma(a, v, (vreal)fit[i]);
     m = fma(m, v, (vreal)fit[HETAB_FRESNEL_FIT + i]);
   }

@@ -7,10 +7,11 @@
 #define HETAB_TABLES_H
 
 /* One wavelength: g (two) and x (two) of the wave, its amplitude, e1, nk (kernels/fresnel.h),
- * diffuse BRDF, three channel weights, 1 if Fresnel is fitted, and the fit: coefficients of a, then
- * of m (kernels/fresnel.h).
+ * diffuse BRDF, three channel weights, how many coefficients Fresnel's fit has (0: no fit, SHORT,
+ * FIT), and the fit: coefficients of a, then of m (kernels/fresnel.h).
  */
 #define HETAB_FRESNEL_FIT 6
+#define HETAB_FRESNEL_SHORT 4
 #define HETAB_WAVE_WEIGHTS 8 /* where the weights start */
 #define HETAB_WAVE_REALS (12 + 2 * HETAB_FRESNEL_FIT)
 /* One (theta_i, theta_r): mu2 ratio2 (two), d2 (two), p, mu2, shadow; src/model/model.h says what
@@ -56,14 +57,14 @@ typedef struct hetab_wave {
   real e1, nk;
   real diffuse_brdf;
   real weight[HETAB_CHANNELS];
-  int fitted; /* Fresnel by fresnel_fit */
+  int fitted; /* coefficients of fresnel_fit, 0: none */
   __global const real *fresnel_fit;
 } hetab_wave;
 
 static inline hetab_wave hetab_wave_load(__global const real *waves, int wavelength) {
   __global const real *w = waves + wavelength * HETAB_WAVE_REALS;
-  hetab_wave wave = {{w[0], w[1]},        {w[2], w[3]},    w[4],  w[5], w[6], w[7],
-                     {w[8], w[9], w[10]}, w[11] > RC(0.0), w + 12};
+  hetab_wave wave = {{w[0], w[1]}, {w[2], w[3]},        w[4],       w[5],  w[6],
+                     w[7],         {w[8], w[9], w[10]}, (int)w[11], w + 12};
   return wave;
 }
 #endif

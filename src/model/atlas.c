@@ -10,10 +10,9 @@
 
 void hetab_atlas_degrees(double tolerance, int vector_width, hetab_atlas *atlas) {
   double digits = -log10(tolerance);
-  atlas->degree_x = digits <= 3.5 ? 8 : digits <= 4.5 ? 12 : digits <= 7.5 ? 16 : 24;
-  /* 1/g is the sharpest dependence; over half an octave its Chebyshev series falls by 11.6 a term
-   */
-  atlas->degree_g = (int)ceil(log(120.0 / tolerance) / log(11.6));
+  atlas->degree_x = digits <= 3.5 ? 8 : digits <= 5.8 ? 12 : digits <= 7.5 ? 16 : 24;
+  /* 1/g is the sharpest dependence; from 1 to 1.5 its Chebyshev series falls by 9.9 a term */
+  atlas->degree_g = (int)ceil(log(120.0 / tolerance) / log(9.9));
   atlas->pad_x = (atlas->degree_x + vector_width - 1) / vector_width * vector_width;
   atlas->pad_g = (atlas->degree_g + vector_width - 1) / vector_width * vector_width;
 }

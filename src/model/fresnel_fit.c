@@ -2,6 +2,7 @@
 
 #include <complex.h>
 #include <math.h>
+#include <string.h>
 
 #include "kernels/tables.h"
 #include "model/model.h"
@@ -22,25 +23,34 @@ static double fitted(const double *fit, double cos2) {
   return (cos2 + m - t) * u / ((cos2 + m + t) * (u + t * sin2));
 }
 
-int hetab_fresnel_fit(double n, double k, double tolerance, double *fit) {
+/* a and m through `count` nodes; 1 if the reflectance made of them is good enough everywhere. */
+static int fit_with(double n, double k, int count, double tolerance, double *fit) {
   enum { CHECKS = 64 };
   double a[HETAB_FRESNEL_FIT], m[HETAB_FRESNEL_FIT];
-  for (int i = 0; i < HETAB_FRESNEL_FIT; i++) {
-    double cos2 = 0.5 * (1.0 + hetab_node(i, HETAB_FRESNEL_FIT));
+  memset(fit, 0, 2 * HETAB_FRESNEL_FIT * sizeof *fit);
+  for (int i = 0; i < count; i++) {
+    double cos2 = 0.5 * (1.0 + hetab_node(i, count));
     double re = n * n - k * k - (1.0 - cos2), im = 2.0 * n * k;
-    double complex root = csqrt(CMPLX(re, im));
-    a[i] = creal(root);
+    a[i] = creal(csqrt(CMPLX(re, im)));
     m[i] = hypot(re, im);
   }
-  hetab_chebyshev(a, HETAB_FRESNEL_FIT, fit);
-  hetab_chebyshev(m, HETAB_FRESNEL_FIT, fit + HETAB_FRESNEL_FIT);
-  hetab_to_powers(fit, HETAB_FRESNEL_FIT);
-  hetab_to_powers(fit + HETAB_FRESNEL_FIT, HETAB_FRESNEL_FIT);
+  hetab_chebyshev(a, count, fit);
+  hetab_chebyshev(m, count, fit + HETAB_FRESNEL_FIT);
+  hetab_to_powers(fit, count);
+  hetab_to_powers(fit + HETAB_FRESNEL_FIT, count);
   for (int i = 0; i <= CHECKS; i++) {
     double cos2 = (double)i / CHECKS, exact = hetab_fresnel_at(cos2, n, k);
     if (!(fabs(fitted(fit, cos2) - exact) <= tolerance * exact))
       return 0;
   }
+  return 1;
+}
+
+int hetab_fresnel_fit(double n, double k, double tolerance, double *fit) {
   /* cos^2 + m - t must not cancel in float either: near-unit indices are left to the other form */
-  return hypot(n * n - k * k - 1.0, 2.0 * n * k) > 2.0;
+  if (hypot(n * n - k * k - 1.0, 2.0 * n * k) <= 2.0)
+    return 0;
+  if (fit_with(n, k, HETAB_FRESNEL_SHORT, tolerance, fit))
+    return HETAB_FRESNEL_SHORT;
+  return fit_with(n, k, HETAB_FRESNEL_FIT, tolerance, fit) ? HETAB_FRESNEL_FIT : 0;
 }
