@@ -65,6 +65,7 @@ bench: setup ## speed against error of every method, with plots, in out/
 	  $(addprefix roughness-,0.05 0.2 1 5 20 100)
 	@scripts/plot_bench out/bench.csv out/bench.png
 	@scripts/plot_roofline out/bench.csv out/roofline.png
+	@scripts/bench_commands $(BUILD)/hetab
 
 .PHONY: asan
 asan: setup ## run the tests under AddressSanitizer and UndefinedBehaviorSanitizer
