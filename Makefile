@@ -9,10 +9,12 @@ CFLAGS  ?= -O2 -g
 PYTHON  ?= /usr/bin/python3
 
 WARNINGS := -Wall -Wextra -Wconversion -Wdouble-promotion -Wno-unused-parameter
-PACKAGES := OpenCL hdf5 yaml-0.1
+PACKAGES := OpenCL hdf5 yaml-0.1 nlopt libzip expat libpng
 # Deferred (=), so that they see what scripts/setup has installed.
-PACKAGE_FLAGS = $(shell pkg-config --cflags $(PACKAGES) jansson)
-PACKAGE_LIBS = $(shell pkg-config --libs-only-L hdf5) -lhdf5_hl $(shell pkg-config --libs $(PACKAGES))
+PACKAGE_FLAGS = $(shell pkg-config --cflags $(PACKAGES) OpenEXR jansson)
+# Of OpenEXR the C API alone, whose name carries the version.
+PACKAGE_LIBS = $(shell pkg-config --libs-only-L hdf5) -lhdf5_hl $(shell pkg-config --libs $(PACKAGES)) \
+  $(filter -lOpenEXRCore%,$(shell pkg-config --libs OpenEXR))
 CPPFLAGS_ALL = -Iinclude -Isrc -I. -DHETAB_VERSION='"$(VERSION)"' -D_GNU_SOURCE \
   -DCL_TARGET_OPENCL_VERSION=120 $(PACKAGE_FLAGS) $(CPPFLAGS)
 # No contraction: host values must not depend on what the compiler fuses.

@@ -2,67 +2,7 @@
 # Tests the program as its users meet it: every command, every bad input, pipes and terminals,
 # interruption and full disks. Prints a line per failed or skipped check, then the counts.
 # usage: test_cli.sh PROGRAM
-set -u
-export LC_ALL=C TERM=xterm
-program=$(realpath "${1:?usage: test_cli.sh PROGRAM}")
-scripts=$(realpath "$(dirname "$0")/../scripts")
-work=$(mktemp -d)
-mounted=
-passed=0 failed=0 skipped=0
-
-finish() {
-  [ -z "$mounted" ] || umount "$mounted"
-  rm -rf "$work"
-}
-trap finish EXIT
-cd "$work" || exit 1
-
-# ---- checks ------------------------------------------------------------------------------------
-
-pass() { passed=$((passed + 1)); }
-fail() { failed=$((failed + 1)); echo "FAIL $*"; }
-skip() { skipped=$((skipped + 1)); echo "skip $*"; }
-
-# check NAME COMMAND...: the command succeeds.
-check() {
-  local name=$1
-  shift
-  if "$@" >/dev/null 2>&1; then pass; else fail "$name: $*"; fi
-}
-
-# works NAME ARGUMENT...: hetab succeeds and says nothing on standard error; its output is in ./out.
-works() {
-  local name=$1 status
-  shift
-  "$program" "$@" >out 2>err </dev/null
-  status=$?
-  if [ $status = 0 ] && [ ! -s err ]; then pass; else fail "$name: status $status, $(head -c 300 err)"; fi
-}
-
-# refuses NAME STATUS PATTERN ARGUMENT...: hetab fails with one line that matches, and prints nothing
-# else. Standard input is ./in.
-refuses() {
-  local name=$1 expected=$2 pattern=$3 status
-  shift 3
-  "$program" "$@" >out 2>err <in
-  status=$?
-  one_line "$name" "$status" "$expected" "$pattern"
-}
-
-# one_line NAME STATUS EXPECTED PATTERN: on ./err.
-one_line() {
-  if [ "$2" != "$3" ]; then
-    fail "$1: status $2 instead of $3, $(head -c 300 err)"
-  elif [ "$(wc -l <err)" != 1 ] || ! grep -q '^hetab: ' err || ! grep -Eq -- "$4" err; then
-    fail "$1: message $(head -c 300 err)"
-  else
-    pass
-  fi
-}
-
-has() { grep -Eq -- "$1" out; }
-json() { /usr/bin/python3 -c "import json, sys; d = json.load(open('out')); sys.exit(not ($1))"; }
-: >in
+. "$(dirname "$0")/cli_support.sh"
 
 small="--theta-i 0:90:7 --theta-r 0:90:7 --phi 0:180:7 --wavelengths 550"
 
@@ -602,5 +542,4 @@ else
   skip "full disk: mounting a small tmpfs takes root"
 fi
 
-echo "$passed passed, $failed failed, $skipped skipped"
-[ $failed = 0 ]
+summary
