@@ -18,17 +18,13 @@ static const double FRESNEL_SHARE = 0.02;
 /* Entries below this may be stored as 0, 1/sr: half of the absolute error that is allowed there. */
 static const double ZERO_BELOW = 5e-15;
 
-static double tau_2sigma(const hetab_surface *surface) {
-  return hetab_surface_tau_um(surface) / (2.0 * hetab_surface_sigma0_um(surface));
-}
-
 static hetab_direction *directions(hetab_context *ctx, const hetab_surface *surface,
                                    const hetab_grid *grid, hetab_axis axis) {
   size_t count = hetab_grid_count(grid, axis);
   const double *deg = hetab_grid_deg(grid, axis);
   hetab_direction *d = hetab_alloc(ctx, count, sizeof *d);
   for (size_t i = 0; d && i < count; i++)
-    d[i] = hetab_direction_at(hetab_radians(deg[i]), tau_2sigma(surface));
+    d[i] = hetab_direction_at(hetab_radians(deg[i]), hetab_tau_2sigma(surface));
   return d;
 }
 
@@ -155,7 +151,7 @@ hetab_status hetab_dense_make_atlas(hetab_context *ctx, const hetab_engine *engi
   if (engine->method != HETAB_METHOD_ROWS)
     return HETAB_OK;
   return hetab_engine_atlas(ctx, engine, dense->waves, dense->wavelength_count,
-                            tau_2sigma(dense->surface), &dense->atlas);
+                            hetab_tau_2sigma(dense->surface), &dense->atlas);
 }
 
 void hetab_dense_clear(hetab_dense *dense) {
@@ -173,17 +169,6 @@ static const char *kernel_name(hetab_dense_kernel which) {
   return names[which];
 }
 
-static hetab_status upload_atlas(hetab_context *ctx, const hetab_engine *engine,
-                                 const hetab_atlas *atlas, hetab_dense_lane *l) {
-  size_t table = (size_t)atlas->degree_g * (size_t)atlas->pad_x;
-  HETAB_TRY(hetab_lane_upload(ctx, engine, l->lane, atlas->panels,
-                              atlas->panel_count * HETAB_PANEL_REALS, &l->panels));
-  HETAB_TRY(hetab_lane_upload(ctx, engine, l->lane, atlas->segments,
-                              atlas->segment_count * HETAB_SEGMENT_REALS, &l->segments));
-  return hetab_lane_upload(ctx, engine, l->lane, atlas->coefficients, atlas->segment_count * table,
-                           &l->coefficients);
-}
-
 hetab_status hetab_dense_lane_create(hetab_context *ctx, const hetab_engine *engine,
                                      const hetab_lane *lane, const hetab_dense *dense,
                                      hetab_dense_kernel which, hetab_dense_lane *out) {
@@ -198,14 +183,18 @@ hetab_status hetab_dense_lane_load(hetab_context *ctx, const hetab_engine *engin
                               dense->wavelength_count * HETAB_WAVE_REALS, &l->waves));
   HETAB_TRY(hetab_lane_upload(ctx, engine, l->lane, dense->one_plus_cos, dense->phi_padded,
                               &l->one_plus_cos));
-  return l->which == HETAB_DENSE_ROWS ? upload_atlas(ctx, engine, &dense->atlas, l) : HETAB_OK;
+  const hetab_atlas *a = &dense->atlas;
+  return l->which != HETAB_DENSE_ROWS
+             ? HETAB_OK
+             : hetab_lane_upload_atlas(ctx, engine, l->lane, a, a->coefficients,
+                                       (size_t)a->degree_g * (size_t)a->pad_x, &l->atlas);
 }
 
 void hetab_dense_lane_clear(hetab_dense_lane *l) {
-  cl_mem *const buffers[] = {&l->waves,        &l->one_plus_cos, &l->panels, &l->segments,
-                             &l->coefficients, &l->pairs,        &l->rows};
+  cl_mem *const buffers[] = {&l->waves, &l->one_plus_cos, &l->pairs, &l->rows};
   for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
     hetab_release(*buffers[i]);
+  hetab_atlas_release(&l->atlas);
   if (l->kernel)
     clReleaseKernel(l->kernel);
   *l = (hetab_dense_lane){0};
@@ -278,9 +267,9 @@ static void set_inputs(hetab_args *args, const hetab_dense *dense, const hetab_d
 }
 
 static void set_atlas(hetab_args *args, const hetab_dense *dense, const hetab_dense_lane *l) {
-  hetab_arg_mem(args, l->panels);
-  hetab_arg_mem(args, l->segments);
-  hetab_arg_mem(args, l->coefficients);
+  hetab_arg_mem(args, l->atlas.panels);
+  hetab_arg_mem(args, l->atlas.segments);
+  hetab_arg_mem(args, l->atlas.coefficients);
   hetab_arg_int(args, dense->atlas.panel_count);
   hetab_arg_int(args, (size_t)dense->atlas.first_panel);
 }

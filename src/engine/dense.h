@@ -32,7 +32,8 @@ typedef struct hetab_dense_lane {
   const hetab_lane *lane;
   cl_kernel kernel;
   hetab_dense_kernel which;
-  cl_mem waves, one_plus_cos, panels, segments, coefficients;
+  cl_mem waves, one_plus_cos;
+  hetab_atlas_buffers atlas;
   cl_mem pairs, rows; /* of the theta_i rows first .. first + count */
   size_t first, count, row_count;
 } hetab_dense_lane;
