@@ -12,5 +12,6 @@
 #include <hetab/table.h>
 #include <hetab/reflectance.h>
 #include <hetab/audit.h>
+#include <hetab/roughness.h>
 #include <hetab/bench.h>
 #endif
