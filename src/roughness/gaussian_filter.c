@@ -64,7 +64,8 @@ static size_t run_length(const double *z_um, size_t from, size_t count, bool mis
 static void mark_stretch(const double *z_um, size_t from, size_t to, size_t zone,
                          unsigned char *evaluated) {
   for (size_t i = from + zone; i + zone < to; i++)
-    evaluated[i] = isnan(z_um[i]) ? 0 : 1;
+    if (!isnan(z_um[i]))
+      evaluated[i] = 1;
 }
 
 void hetab_evaluated(const double *z_um, size_t count, double spacing_um, double cutoff_um,

@@ -82,7 +82,7 @@ static moments moments_of(const scan_view *v) {
   m.sigma = sqrt(variance);
   m.skewness = third / (double)m.points / (variance * m.sigma);
   m.kurtosis = fourth / (double)m.points / (variance * variance);
-  m.difference = pairs ? differences / (double)pairs : NAN;
+  m.difference = pairs ? differences / (double)pairs : (double)NAN;
   return m;
 }
 
