@@ -13,5 +13,6 @@
 #include <hetab/table.h>
 #include <hetab/reflectance.h>
 #include <hetab/audit.h>
+#include <hetab/roughness.h>
 #include <hetab/bench.h>
 #endif
