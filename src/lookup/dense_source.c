@@ -50,8 +50,8 @@ static hetab_status read_channels(hetab_context *ctx, hetab_h5_table *table, con
   return status;
 }
 
-hetab_status hetab_dense_load(hetab_context *ctx, hetab_h5_table *table, const char *path,
-                              hetab_dense_source *dense) {
+hetab_status hetab_dense_source_load(hetab_context *ctx, hetab_h5_table *table, const char *path,
+                                     hetab_dense_source *dense) {
   size_t channels = hetab_h5_wavelength_count(table);
   *dense = (hetab_dense_source){.channels = channels, .stride = hetab_lattice_stride(channels)};
   HETAB_TRY(copy_axes(ctx, hetab_h5_grid(table), dense));
@@ -66,7 +66,7 @@ hetab_status hetab_dense_load(hetab_context *ctx, hetab_h5_table *table, const c
   return read_channels(ctx, table, path, dense);
 }
 
-void hetab_dense_clear(hetab_dense_source *dense) {
+void hetab_dense_source_clear(hetab_dense_source *dense) {
   for (int axis = 0; axis < HETAB_AXIS_COUNT; axis++)
     free(dense->nodes[axis]);
   free(dense->values);
@@ -101,8 +101,8 @@ static const float *row_of(const hetab_dense_source *d, size_t i, size_t r, size
   return d->values + ((i * d->count[HETAB_THETA_R] + r) * d->count[HETAB_PHI] + p) * d->stride;
 }
 
-void hetab_dense_nearest(const hetab_dense_source *d, const float wi[3], const float wo[3],
-                         float *value) {
+void hetab_dense_source_nearest(const hetab_dense_source *d, const float wi[3], const float wo[3],
+                                float *value) {
   size_t i = nearest(d->nodes[HETAB_THETA_I], d->count[HETAB_THETA_I], polar(wi));
   size_t r = nearest(d->nodes[HETAB_THETA_R], d->count[HETAB_THETA_R], polar(wo));
   size_t p = nearest(d->nodes[HETAB_PHI], d->count[HETAB_PHI], azimuth(wi, wo));
@@ -111,7 +111,7 @@ void hetab_dense_nearest(const hetab_dense_source *d, const float wi[3], const f
 
 /* ---- between nodes ------------------------------------------------------------------------- */
 
-void hetab_dense_prepare(hetab_dense_source *d) {
+void hetab_dense_source_prepare(hetab_dense_source *d) {
   size_t count = node_count(d) * d->stride;
   d->high = HETAB_LATTICE_ZERO;
   for (size_t n = 0; n < count; n++) {
@@ -189,7 +189,7 @@ static double azimuth_of(const hetab_lattice_place *p, double sin_a, double sin_
   return 2 * acos(sqrt(fmin(fmax(half, 0), 1)));
 }
 
-void hetab_dense_at(const void *user, const hetab_lattice_place *place, float *log2_values) {
+void hetab_dense_source_at(const void *user, const hetab_lattice_place *place, float *log2_values) {
   const hetab_dense_source *d = user;
   double low = acos(place->mu_low), high = acos(place->mu_high);
   double phi = azimuth_of(place, sin(low), sin(high));

@@ -14,17 +14,17 @@ typedef struct hetab_dense_source {
   float low, high; /* of the logarithms */
 } hetab_dense_source;
 
-hetab_status hetab_dense_load(hetab_context *ctx, hetab_h5_table *table, const char *path,
-                              hetab_dense_source *dense);
-void hetab_dense_clear(hetab_dense_source *dense);
+hetab_status hetab_dense_source_load(hetab_context *ctx, hetab_h5_table *table, const char *path,
+                                     hetab_dense_source *dense);
+void hetab_dense_source_clear(hetab_dense_source *dense);
 
 /* The BRDF of the nearest node. */
-void hetab_dense_nearest(const hetab_dense_source *dense, const float wi[3], const float wo[3],
-                         float *value);
+void hetab_dense_source_nearest(const hetab_dense_source *dense, const float wi[3],
+                                const float wo[3], float *value);
 
-/* Turns the BRDF into its logarithm, for hetab_dense_at(). */
-void hetab_dense_prepare(hetab_dense_source *dense);
+/* Turns the BRDF into its logarithm, for hetab_dense_source_at(). */
+void hetab_dense_source_prepare(hetab_dense_source *dense);
 /* A hetab_lattice_source; user is a prepared hetab_dense_source. */
-void hetab_dense_at(const void *user, const hetab_lattice_place *place, float *log2_values);
+void hetab_dense_source_at(const void *user, const hetab_lattice_place *place, float *log2_values);
 
 #endif

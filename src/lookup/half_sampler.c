@@ -22,10 +22,11 @@ static float ring_edge(float ring) {
   return u * u * u * u;
 }
 
-/* Incidences are equally spaced in sqrt(1 - cos(theta_i)): about so in theta_i. */
+/* Incidences are equally spaced in sqrt(cos(theta_i)), from grazing to normal: close together where
+ * shadows begin; and about normal, where all is even in theta_i, linear in its square. */
 static double cos_incidence(size_t node) {
-  double t = (double)node / (NODES - 1);
-  return fmax(1 - t * t, 1e-3);
+  double root = (double)node / (NODES - 1);
+  return fmax(root * root, 1e-4);
 }
 
 typedef struct between {
@@ -34,7 +35,7 @@ typedef struct between {
 } between;
 
 static between incidence_of(float cos_i) {
-  float x = sqrtf(fminf(fmaxf(1 - cos_i, 0), 1)) * (NODES - 1);
+  float x = sqrtf(fminf(fmaxf(cos_i, 0), 1)) * (NODES - 1);
   size_t node = x < NODES - 2 ? (size_t)x : NODES - 2;
   return (between){node, fminf(x - (float)node, 1)};
 }

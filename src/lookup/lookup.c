@@ -43,7 +43,7 @@ static void eval_one(const hetab_lookup *table, const float wi[3], const float w
   else if (table->merl)
     hetab_merl_nearest(table->merl, wi, wo, value);
   else
-    hetab_dense_nearest(&table->dense, wi, wo, value);
+    hetab_dense_source_nearest(&table->dense, wi, wo, value);
 }
 
 void hetab_lookup_eval_batch(const hetab_lookup *table, size_t count, const float (*wi)[3],
@@ -99,13 +99,13 @@ static hetab_status read_h5(hetab_context *ctx, hetab_h5_table *h5, const char *
   table->channels = hetab_h5_wavelength_count(h5);
   HETAB_TRY(copy_wavelengths(ctx, hetab_h5_wavelengths_um(h5), table));
   HETAB_TRY(hetab_specular_of_h5(ctx, h5, path, &table->specular));
-  HETAB_TRY(hetab_dense_load(ctx, h5, path, &table->dense));
+  HETAB_TRY(hetab_dense_source_load(ctx, h5, path, &table->dense));
   if (rule == HETAB_LOOKUP_NEAREST)
     return HETAB_OK;
-  hetab_dense_prepare(&table->dense);
-  HETAB_TRY(
-      hetab_lattice_create(ctx, table->channels, hetab_dense_at, &table->dense, &table->lattice));
-  hetab_dense_clear(&table->dense);
+  hetab_dense_source_prepare(&table->dense);
+  HETAB_TRY(hetab_lattice_create(ctx, table->channels, hetab_dense_source_at, &table->dense,
+                                 &table->lattice));
+  hetab_dense_source_clear(&table->dense);
   return HETAB_OK;
 }
 
@@ -172,7 +172,7 @@ void hetab_lookup_free(hetab_lookup *table) {
   free(table->lambda_um);
   hetab_lattice_clear(&table->lattice);
   hetab_merl_free(table->merl);
-  hetab_dense_clear(&table->dense);
+  hetab_dense_source_clear(&table->dense);
   hetab_rgl_free(table->rgl);
   hetab_sampler_clear(&table->sampler);
   hetab_specular_clear(&table->specular);
