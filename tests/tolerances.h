@@ -148,6 +148,10 @@
 #define TOL_LOOKUP_ALBEDO 5e-3
 /* measured 9.9e-3; a lobe of 0.2 degrees among nodes that are 1 degree apart changes between them */
 #define TOL_LOOKUP_ALBEDO_NEEDLE 2e-2
+/* measured 0; how much worse than exact centres; float rounding of cells */
+#define TOL_LOOKUP_CENTRES 1e-3
+/* measured 1; relative to the larger of rho_s and 1e-6 */
+#define TOL_LOOKUP_SPECULAR 1e-2
 /* measured 5e-5; share of samples: the test's integral of a density with steps */
 #define TOL_LOOKUP_LOST 5e-4
 
