@@ -15,4 +15,5 @@
 #include <hetab/audit.h>
 #include <hetab/roughness.h>
 #include <hetab/bench.h>
+#include <hetab/lookup.h>
 #endif
