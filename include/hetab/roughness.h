@@ -148,7 +148,7 @@ typedef struct hetab_cutoff_scan {
   hetab_cutoff_trial *trials; /* [count], cut-offs ascending */
   size_t count;
   double sigma_um[2], tau_um[2]; /* the two components, before any filter; the small one first */
-  double misfit;                 /* rms relative difference of sigma and tau from them */
+  double misfit;                 /* weighted rms relative difference of sigma and tau */
   int from_fit; /* the cut-off is the fit's; 0: the fit is poor, it is the largest slope's */
 } hetab_cutoff_scan;
 
