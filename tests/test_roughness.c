@@ -256,11 +256,9 @@ static void test_nothing_to_measure(void **state) {
   hetab_roughness *r;
   for (int kind = 0; kind < 4; kind++) {
     for (int i = 0; i < 500; i++)
-      z[i] = kind == 0   ? 1.25
-             : kind == 1 ? NAN
-             : kind == 2 ? 1e5 + 0.125 * i
-             : i < 20    ? i % 3
-                         : NAN;
+      z[i] = kind == 0 ? 1.25 : kind == 2 ? 1e5 + 0.125 * i : (double)NAN;
+    for (int i = 0; kind == 3 && i < 20; i++)
+      z[i] = i % 3;
     hetab_heights *heights = new_scans(ctx, z, 500, 1, 0.1);
     const hetab_heights *list = heights;
     assert_int_equal(hetab_roughness_measure(ctx, &list, 1, NULL, &r), HETAB_ERR_RANGE);
@@ -574,65 +572,66 @@ static void test_sdf(void **state) {
   assert_scan(h, 3, 2, 0.5, z);
 }
 
-static void test_malformed(void **state) {
-  text_fixture *f = *state;
 #define SDF(points, profiles, x, values)                                                           \
   "aISO-1.0\nNumPoints=" points "\nNumProfiles=" profiles "\nXscale=" x                            \
   "\nYscale=1e-6\nZscale=1e-6\n*\n" values
-  static const struct {
-    const char *text, *words[3];
-  } cases[] = {
-      {"", {"no heights"}},
-      {"# only\n", {"no heights"}},
-      {"x_um,z_um\n", {"no heights"}},
-      {"x_um,z_um\n0,1\n", {"one point"}},
-      {"x,z\n0,1\n1,2\n", {":1:", "--unit"}},
-      {"x_um,z_furlong\n0,1\n1,2\n", {":1:", "--unit"}},
-      {"z_um\n1\n2\n3\n", {"--spacing"}},
-      {"1 2\n2 3\n", {"--unit"}},
-      {"a,b\n1,2\n2,3\n", {"no column of heights"}},
-      {"x_um,z_um\n0,1\n1,two\n", {":3:", "'two'"}},
-      {"x_um,z_um\n0,1\n1,2,3\n", {":3:", "'3'"}},
-      {"x_um,z_um\n0,1\n1\n", {":3:", "1 fields"}},
-      {"x_um;z_um\n0;1\n1;2,5\n", {":3:", "'2,5'"}},
-      {"x_um,z_um\n0,1\n,2\n", {"no x"}},
-      {"x_um,x_um,z_um\n0,1,1\n1,1,2\n", {"two x"}},
-      {"x_um,z_um\n0,1\n1,2\n1,3\n2,4\n", {"not always increase"}},
-      {"x_um,z_um\n0,1\n-1,2\n-2,3\n", {"not always increase"}},
-      {"x_um,z_um\n0,1\n1,2\n2.4,3\n3.4,1\n", {"unequally", "resample"}},
-      {"x_um,z_um\n0,1\n1,2\n2,3\n1e12,3\n", {"2^27"}},
-      {"x_m,z_m\n0,1\n1e-6,2\n", {"are the units right"}},
-      {"x_um,z_um\n0,1e300\n1,2\n", {"are the units right"}},
-      {"x_m,z_um\n0,1\n10,2\n", {"spacing", "units"}},
-      {"aISO-1.0\nNumPoints=3\n", {"no '*'"}},
-      {SDF("three", "1", "1e-6", "1 2 3\n*\n"), {":2:", "NumPoints"}},
-      {SDF("3", "0", "1e-6", "1 2 3\n*\n"), {"NumProfiles 0"}},
-      {SDF("-3", "1", "1e-6", "1 2 3\n*\n"), {"NumPoints -3"}},
-      {SDF("3", "1", "0", "1 2 3\n*\n"), {"Xscale"}},
-      {SDF("3", "1", "1e-6", "1 2\n*\n"), {"2 heights", "cut off"}},
-      {SDF("3", "1", "1e-6", "1 2"), {"2 heights", "cut off"}},
-      {SDF("3", "1", "1e-6", "1 2 3 4\n*\n"), {"more heights"}},
-      {SDF("3", "1", "1e-6", "1 x 3\n*\n"), {"height 2", "'x'"}},
-      {SDF("99999999", "99999999", "1e-6", "1 2 3\n*\n"), {"do not fit"}},
-      {SDF("1e18", "1", "1e-6", "1 2 3\n*\n"), {"NumPoints"}},
-      {SDF("3", "1", "1", "1 2 3\n*\n"), {""}},
-      {"bISO-1.0 123", {"binary SDF"}},
-      {"PK\3\4 no archive", {"cut off"}},
-  };
+static const struct {
+  const char *text, *words[3];
+} malformed[] = {
+    {"", {"no heights"}},
+    {"# only\n", {"no heights"}},
+    {"x_um,z_um\n", {"no heights"}},
+    {"x_um,z_um\n0,1\n", {"one point"}},
+    {"x,z\n0,1\n1,2\n", {":1:", "--unit"}},
+    {"x_um,z_furlong\n0,1\n1,2\n", {":1:", "--unit"}},
+    {"z_um\n1\n2\n3\n", {"--spacing"}},
+    {"1 2\n2 3\n", {"--unit"}},
+    {"a,b\n1,2\n2,3\n", {"no column of heights"}},
+    {"x_um,z_um\n0,1\n1,two\n", {":3:", "'two'"}},
+    {"x_um,z_um\n0,1\n1,2,3\n", {":3:", "'3'"}},
+    {"x_um,z_um\n0,1\n1\n", {":3:", "1 fields"}},
+    {"x_um;z_um\n0;1\n1;2,5\n", {":3:", "'2,5'"}},
+    {"x_um,z_um\n0,1\n,2\n", {"no x"}},
+    {"x_um,x_um,z_um\n0,1,1\n1,1,2\n", {"two x"}},
+    {"x_um,z_um\n0,1\n1,2\n1,3\n2,4\n", {"not always increase"}},
+    {"x_um,z_um\n0,1\n-1,2\n-2,3\n", {"not always increase"}},
+    {"x_um,z_um\n0,1\n1,2\n2.4,3\n3.4,1\n", {"unequally", "resample"}},
+    {"x_um,z_um\n0,1\n1,2\n2,3\n1e12,3\n", {"2^27"}},
+    {"x_m,z_m\n0,1\n1e-6,2\n", {"are the units right"}},
+    {"x_um,z_um\n0,1e300\n1,2\n", {"are the units right"}},
+    {"x_m,z_um\n0,1\n10,2\n", {"spacing", "units"}},
+    {"aISO-1.0\nNumPoints=3\n", {"no '*'"}},
+    {SDF("three", "1", "1e-6", "1 2 3\n*\n"), {":2:", "NumPoints"}},
+    {SDF("3", "0", "1e-6", "1 2 3\n*\n"), {"NumProfiles 0"}},
+    {SDF("-3", "1", "1e-6", "1 2 3\n*\n"), {"NumPoints -3"}},
+    {SDF("3", "1", "0", "1 2 3\n*\n"), {"Xscale"}},
+    {SDF("3", "1", "1e-6", "1 2\n*\n"), {"2 heights", "cut off"}},
+    {SDF("3", "1", "1e-6", "1 2"), {"2 heights", "cut off"}},
+    {SDF("3", "1", "1e-6", "1 2 3 4\n*\n"), {"more heights"}},
+    {SDF("3", "1", "1e-6", "1 x 3\n*\n"), {"height 2", "'x'"}},
+    {SDF("99999999", "99999999", "1e-6", "1 2 3\n*\n"), {"do not fit"}},
+    {SDF("1e18", "1", "1e-6", "1 2 3\n*\n"), {"NumPoints"}},
+    {SDF("3", "1", "1", "1 2 3\n*\n"), {""}},
+    {"bISO-1.0 123", {"binary SDF"}},
+    {"PK\3\4 no archive", {"cut off"}},
+};
 #undef SDF
-  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+
+static void test_malformed(void **state) {
+  text_fixture *f = *state;
+  for (size_t i = 0; i < sizeof malformed / sizeof *malformed; i++) {
     hetab_heights *heights;
-    const char *path = write_text_file(f, "bad.txt", cases[i].text);
+    const char *path = write_text_file(f, "bad.txt", malformed[i].text);
     hetab_status status = hetab_heights_load(f->ctx, path, NULL, &heights);
-    if (strstr(cases[i].text, "Xscale=1\n")) { /* a metre: the largest spacing there is */
+    if (strstr(malformed[i].text, "Xscale=1\n")) { /* a metre: the largest spacing there is */
       assert_int_equal(status, HETAB_OK);
       hetab_heights_free(heights);
       continue;
     }
     if (status == HETAB_OK)
-      fail_msg("accepted: %s", cases[i].text);
+      fail_msg("accepted: %s", malformed[i].text);
     assert_null(heights);
-    assert_message(f, (const char *const[]){cases[i].words[0], cases[i].words[1], NULL});
+    assert_message(f, (const char *const[]){malformed[i].words[0], malformed[i].words[1], NULL});
   }
   hetab_heights *heights;
   hetab_heights_options odd = {.unit = "parsec"};
