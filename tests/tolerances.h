@@ -146,7 +146,8 @@
 #define TOL_LOOKUP_L1_GRAZING 8e-3
 /* measured 3.0e-3 (needle), else 1e-3; of albedos, interpolated between 48 incidences */
 #define TOL_LOOKUP_ALBEDO 5e-3
-/* measured 9.9e-3; a lobe of 0.2 degrees among nodes that are 1 degree apart changes between them */
+/* measured 9.9e-3; a lobe of 0.2 degrees among nodes that are 1 degree apart changes between them
+ */
 #define TOL_LOOKUP_ALBEDO_NEEDLE 2e-2
 /* measured 0; how much worse than exact centres; float rounding of cells */
 #define TOL_LOOKUP_CENTRES 1e-3
@@ -154,5 +155,17 @@
 #define TOL_LOOKUP_SPECULAR 1e-2
 /* measured 5e-5; share of samples: the test's integral of a density with steps */
 #define TOL_LOOKUP_LOST 5e-4
+
+/* --- Roughness from scans --- */
+/* measured 7e-8; the weights dropped beyond the padding */
+#define TOL_TRANSMISSION 1e-6
+/* measured 0.6 %; of averages over 9 scans of 4000 points, 200 trials each */
+#define TOL_SCAN_BIAS 0.02
+/* measured 3.5 % (BBQAL2, sigma): 9 scans hold some 700 independent heights */
+#define TOL_SCAN_SPREAD 0.04
+/* measured 0.945; of intervals that say 95 % */
+#define TOL_SCAN_COVER 0.9
+/* measured 0.13 over 200 trials each */
+#define TOL_CUTOFF 0.3
 
 #endif
