@@ -238,7 +238,7 @@ static int run(const cli_command *self, int argc, char **argv) {
        "one with the largest sigma / tau, with the cut-offs tried",
        &r.cutoff, 0, 0},
       {CLI_NUMBER, "spacing", 0, "UM", "between heights, for text without x and maps without sizes",
-       &r.spacing_um, 1e-6, 1e6},
+       &r.spacing_um, 1e-6, 1e4},
       {CLI_TEXT, "unit", 0, "UNIT", "nm, um, mm or m: of text whose header names no unit", &r.unit,
        0, 0},
       {CLI_CHOICE, "level", 0, "fit|none",

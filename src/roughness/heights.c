@@ -37,11 +37,11 @@ hetab_status hetab_heights_new(hetab_context *ctx, const char *name, size_t colu
 }
 
 static hetab_status check_spacing(hetab_context *ctx, const char *name, double spacing_um) {
-  if (spacing_um >= 1e-6 && spacing_um <= 1e6)
+  if (spacing_um >= 1e-6 && spacing_um <= 1e4)
     return HETAB_OK;
   return hetab_fail(
       ctx, HETAB_ERR_RANGE,
-      "%s: a spacing of %g um: it has to be from 1e-6 to 1e6 um; are the units right?", name,
+      "%s: a spacing of %g um: it has to be from 1e-6 to 1e4 um; are the units right?", name,
       spacing_um);
 }
 
