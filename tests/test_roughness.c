@@ -435,6 +435,9 @@ static void test_what_the_filter_takes(void **state) {
   assert_true(kept.sigma_um * kept.sigma_um < 1.0 / 3);
   assert_true(fabs(kept.tau_um - 3.2) < 0.05);
   assert_true(fabs(kept.slope / raw.slope - 0.96) < 0.005);
+  double best = largest_slope_cutoff(scales, 20, 200);
+  assert_true(fabs(best / 5.6 - 13) < 0.5);
+  assert_true(fabs(filtered_truth(scales, 0.1, best).slope / raw.slope - 1.08) < 0.005);
 }
 
 /* The interval from one scan's own errors, and the one of a map, whose rows are no independent

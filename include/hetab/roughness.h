@@ -96,7 +96,7 @@ typedef struct hetab_estimate {
  * below 1 % for scans of 50 tau (tests/test_roughness.c).
  * The filter takes variance from the small scale too: of a Gaussian autocorrelation with tau =
  * 5.6 um a 30 um cut-off leaves less than a third of the variance and tau = 3.2 um, but 96 % of
- * sigma / tau. */
+ * sigma / tau; at about 13 tau sigma / tau is largest, 8 % above the surface's own. */
 typedef struct hetab_scan_statistics {
   size_t scan; /* in hetab_roughness.scans */
   size_t points;
