@@ -532,7 +532,7 @@ static void assert_scan(hetab_heights *h, size_t columns, size_t rows, double sp
   assert_true(relative_error(hetab_heights_spacing_um(h), spacing_um) < 1e-12);
   for (size_t i = 0; i < columns * rows; i++) {
     double found = hetab_heights_z_um(h)[i];
-    assert_true(isnan(z_um[i]) ? isnan(found) : fabs(found - z_um[i]) < 1e-12 * fabs(z_um[i]));
+    assert_true(isnan(z_um[i]) ? isnan(found) : fabs(found - z_um[i]) <= 1e-12 * fabs(z_um[i]));
   }
   hetab_heights_free(h);
 }
@@ -553,6 +553,13 @@ static void test_text(void **state) {
   assert_scan(load(f, "1000\n2000\nnan\n4000\n", &nm), 4, 1, 0.5, z);
   assert_scan(load(f, "0 1000\n 500  2000\n1000 -\n1500 4000", &nm), 4, 1, 0.5, z);
   assert_scan(load(f, "z_um\n1\n2\nnan\n4\n", &nm), 4, 1, 0.5, z);
+  const double even[5] = {0, 1, 2, NAN, 8};
+  const hetab_heights_options resampled = {.resample_um = 0.5};
+  assert_scan(load(f, "x_um,z_um\n0,0\n0.2,0.4\n0.55,1.1\n1.1,2.2\n1.9,7.6\n2,8\n", &resampled), 5,
+              1, 0.5, (const double[]){0, 1, 2, 4.9, 8});
+  assert_scan(load(f, "x_um,z_um\n0,0\n0.1,0.2\n0.4,0.8\n0.6,1.2\n0.9,1.8\n1.1,2.2\n1.9,7.6\n2,8\n",
+                   &resampled),
+              5, 1, 0.5, even);
   const double two[8] = {1, 2, NAN, 4, 9, 8, 7, 6};
   assert_scan(load(f, "n,z1_um,z2_nm\n1,1,9000\n2,2,8000\n3,,7000\n4,4,6000\n", &nm), 4, 2, 0.5,
               two);
