@@ -138,4 +138,10 @@
 /* measured 1.3e-7; likewise */
 #define TOL_REFLECTANCE_SKY 1e-6
 
+/* --- The exact sampler --- */
+/* measured X */
+#define TOL_SAMPLER_EVAL 1e-8
+/* measured X */
+#define TOL_SAMPLER_DENSITY 1e-9
+
 #endif

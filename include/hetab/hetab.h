@@ -13,4 +13,5 @@
 #include <hetab/reflectance.h>
 #include <hetab/audit.h>
 #include <hetab/bench.h>
+#include <hetab/sampler.h>
 #endif
