@@ -28,10 +28,10 @@ static hetab_surface *surface_of(hetab_context *ctx, double sigma0_um, double ta
   return surface;
 }
 
-static hetab_sampler *sampler_of(hetab_context *ctx, double sigma0_um, double tau_um) {
+static hetab_model_sampler *sampler_of(hetab_context *ctx, double sigma0_um, double tau_um) {
   hetab_surface *surface = surface_of(ctx, sigma0_um, tau_um);
-  hetab_sampler *sampler;
-  assert_ok(ctx, hetab_sampler_create(ctx, surface, 0, &sampler));
+  hetab_model_sampler *sampler;
+  assert_ok(ctx, hetab_model_sampler_create(ctx, surface, 0, &sampler));
   hetab_surface_free(surface);
   return sampler;
 }
@@ -56,7 +56,7 @@ static double seconds(void) {
 enum { THREADS = 2 };
 
 typedef struct run {
-  const hetab_sampler *sampler;
+  const hetab_model_sampler *sampler;
   double wi[3];
   size_t count;
   uint64_t seed;
@@ -71,7 +71,8 @@ static void *run_thread(void *user) {
     double u[3], wo[3], weight;
     for (int k = 0; k < 3; k++)
       u[k] = uniform(&r->seed, 0, 1);
-    double density = hetab_sampler_sample(r->sampler, r->wi, u, wo, r->angles ? NULL : &weight);
+    double density =
+        hetab_model_sampler_sample(r->sampler, r->wi, u, wo, r->angles ? NULL : &weight);
     r->kept += density > 0;
     if (r->angles) {
       r->angles[i][0] = density > 0 ? atan2(hypot(wo[0], wo[1]), wo[2]) : -1;
@@ -85,7 +86,7 @@ static void *run_thread(void *user) {
   return NULL;
 }
 
-static run run_all(const hetab_sampler *sampler, double theta_i, size_t count, uint64_t seed,
+static run run_all(const hetab_model_sampler *sampler, double theta_i, size_t count, uint64_t seed,
                    double (*angles)[2]) {
   run parts[THREADS], all = {0};
   pthread_t threads[THREADS];
@@ -116,7 +117,7 @@ static const double SIGNIFICANCE = 0.01;
 static const double INTEGRATION_ERROR = 5e-5;
 
 typedef struct cells {
-  const hetab_sampler *sampler;
+  const hetab_model_sampler *sampler;
   double wi[3];
   double theta[SIDE + 1], phi[SIDE + 1];
   double share[CELLS + 1]; /* of the samples: [theta][phi], and none */
@@ -133,7 +134,7 @@ static double gauss_rule(const cells *c, const double t[2], const double p[2]) {
     double theta = t[0] + half_t * (1 + x[i]);
     for (int j = 0; j < 4; j++) {
       direction(theta, p[0] + half_p * (1 + x[j]), wo);
-      sum += w[i] * w[j] * sin(theta) * hetab_sampler_pdf(c->sampler, c->wi, wo);
+      sum += w[i] * w[j] * sin(theta) * hetab_model_sampler_pdf(c->sampler, c->wi, wo);
     }
   }
   return sum * half_t * half_p;
@@ -268,8 +269,8 @@ static double p_value(const double *share, const double *found, size_t count) {
 
 /* p of one sampler and incidence; *kept: the share of the samples that is, *total: what the
  * density's integral says of it. */
-static double chi_square(const hetab_sampler *sampler, double theta_i, uint64_t seed, double *kept,
-                         double *total) {
+static double chi_square(const hetab_model_sampler *sampler, double theta_i, uint64_t seed,
+                         double *kept, double *total) {
   static double angles[SAMPLES][2], found[CELLS + 1];
   cells c = {.sampler = sampler};
   direction(theta_i, M_PI, c.wi);
@@ -292,7 +293,7 @@ static void test_chi_square(void **state) {
   double bound = 1 - pow(1 - SIGNIFICANCE, 1.0 / CASES), least = 1, worst = 0, start = seconds();
   int failed = 0;
   for (int s = 0; s < SURFACES; s++) {
-    hetab_sampler *sampler = sampler_of(ctx, surfaces[s].sigma0_um, surfaces[s].tau_um);
+    hetab_model_sampler *sampler = sampler_of(ctx, surfaces[s].sigma0_um, surfaces[s].tau_um);
     print_message("  %-8s p:", surfaces[s].name);
     for (int a = 0; a < INCIDENCES; a++) {
       double kept, total;
@@ -305,7 +306,7 @@ static void test_chi_square(void **state) {
       worst = fmax(worst, fabs(kept - total) / (3.5 * deviation + INTEGRATION_ERROR));
     }
     print_message("\n");
-    hetab_sampler_free(sampler);
+    hetab_model_sampler_free(sampler);
   }
   print_message("  %d cases in %.1f s: least p %.4f (%.1e)\n", CASES, seconds() - start, least,
                 bound);
@@ -349,13 +350,13 @@ static void test_mean_weight_golden(void **state) {
   for (size_t i = 0; i < count; i++) {
     const hetab_point *p = &golden[i].point;
     hetab_surface *surface;
-    hetab_sampler *sampler;
+    hetab_model_sampler *sampler;
     assert_ok(ctx, hetab_surface_create(ctx, p->sigma0_um, p->tau_um, p->n, p->k, &p->lambda_um, 1,
                                         &surface));
-    assert_ok(ctx, hetab_sampler_create(ctx, surface, 0, &sampler));
+    assert_ok(ctx, hetab_model_sampler_create(ctx, surface, 0, &sampler));
     run r = run_all(sampler, p->theta_i, COUNT, 31 * i, NULL);
     check_mean(golden[i].name, p->theta_i, &r, golden[i].rho_dd, &worst);
-    hetab_sampler_free(sampler);
+    hetab_model_sampler_free(sampler);
     hetab_surface_free(surface);
   }
   assert_below("standard errors", worst, 3);
@@ -370,7 +371,7 @@ static void test_mean_weight(void **state) {
   double worst = 0;
   for (int s = 0; s < SURFACES; s++) {
     hetab_surface *surface = surface_of(ctx, surfaces[s].sigma0_um, surfaces[s].tau_um);
-    hetab_sampler *sampler = sampler_of(ctx, surfaces[s].sigma0_um, surfaces[s].tau_um);
+    hetab_model_sampler *sampler = sampler_of(ctx, surfaces[s].sigma0_um, surfaces[s].tau_um);
     hetab_reflectance rho[INCIDENCES];
     assert_ok(ctx, hetab_reflectance_dh(ctx, engine, surface, incidences, INCIDENCES, 0, rho));
     for (int a = 0; a < INCIDENCES; a++) {
@@ -378,7 +379,7 @@ static void test_mean_weight(void **state) {
       run r = run_all(sampler, theta_i, COUNT, (uint64_t)(100 * s + a), NULL);
       check_mean(surfaces[s].name, theta_i, &r, rho[a].dd.value, &worst);
     }
-    hetab_sampler_free(sampler);
+    hetab_model_sampler_free(sampler);
     hetab_surface_free(surface);
   }
   assert_below("standard errors", worst, 3);
@@ -393,7 +394,7 @@ static void test_bands(void **state) {
   hetab_context *ctx = *state;
   hetab_engine *engine = new_engine(ctx, HETAB_DOUBLE, HETAB_METHOD_SERIES, 0);
   hetab_surface *surface;
-  hetab_sampler *sampler;
+  hetab_model_sampler *sampler;
   char path[] = "/tmp/hetab_sampler_XXXXXX.yml";
   int fd = mkstemps(path, 4);
   assert_true(fd >= 0 && write(fd, yaml, sizeof yaml - 1) == (ssize_t)(sizeof yaml - 1));
@@ -401,8 +402,8 @@ static void test_bands(void **state) {
   assert_ok(ctx, hetab_surface_load(ctx, path, &surface));
   unlink(path);
   size_t bands = hetab_surface_band_count(surface);
-  assert_ok(ctx, hetab_sampler_create(ctx, surface, bands / 2, &sampler));
-  assert_int_equal(hetab_sampler_band_count(sampler), bands);
+  assert_ok(ctx, hetab_model_sampler_create(ctx, surface, bands / 2, &sampler));
+  assert_int_equal(hetab_model_sampler_band_count(sampler), bands);
   const double deg = 50;
   hetab_reflectance rho[MOST_BANDS];
   assert_ok(ctx, hetab_reflectance_dh(ctx, engine, surface, &deg, 1, 0, rho));
@@ -411,14 +412,14 @@ static void test_bands(void **state) {
   direction(deg * M_PI / 180, 0, wi);
   for (int i = 0; i < COUNT; i++) {
     double u[3] = {uniform(&seed, 0, 1), uniform(&seed, 0, 1), uniform(&seed, 0, 1)};
-    hetab_sampler_sample(sampler, wi, u, wo, weight);
+    hetab_model_sampler_sample(sampler, wi, u, wo, weight);
     for (size_t b = 0; b < bands; b++) {
       sum[b] += weight[b];
       sum2[b] += weight[b] * weight[b];
     }
   }
   double specular[MOST_BANDS];
-  hetab_sampler_specular(sampler, wi, specular);
+  hetab_model_sampler_specular(sampler, wi, specular);
   for (size_t b = 0; b < bands; b++) {
     double mean = sum[b] / COUNT, error = sqrt((sum2[b] / COUNT - mean * mean) / COUNT);
     double expected = rho[b].dd.value + 0.1;
@@ -427,7 +428,7 @@ static void test_bands(void **state) {
     assert_true(relative_error(specular[b], rho[b].specular) < 1e-12);
   }
   assert_below("standard errors", worst, 3);
-  hetab_sampler_free(sampler);
+  hetab_model_sampler_free(sampler);
   hetab_surface_free(surface);
   hetab_engine_free(engine);
 }
@@ -442,7 +443,7 @@ static void test_eval(void **state) {
   worst w = {0};
   double worst_density = 0;
   for (int s = 0; s < SURFACES; s++) {
-    hetab_sampler *sampler = sampler_of(ctx, surfaces[s].sigma0_um, surfaces[s].tau_um);
+    hetab_model_sampler *sampler = sampler_of(ctx, surfaces[s].sigma0_um, surfaces[s].tau_um);
     for (size_t i = 0; i < COUNT; i++) {
       hetab_point p = {.lambda_um = LAMBDA_UM,
                        .sigma0_um = surfaces[s].sigma0_um,
@@ -454,20 +455,20 @@ static void test_eval(void **state) {
       for (int k = 0; k < 3; k++)
         u[k] = uniform(&seed, 0, 1);
       direction(p.theta_i, 0, wi);
-      double density = hetab_sampler_sample(sampler, wi, u, wo, &weight);
+      double density = hetab_model_sampler_sample(sampler, wi, u, wo, &weight);
       if (density == 0)
         continue;
       hetab_value literal;
       p.theta_r = atan2(hypot(wo[0], wo[1]), wo[2]);
       p.phi = atan2(wo[1], wo[0]) - AZIMUTH;
       assert_ok(ctx, hetab_evaluate_literal(ctx, &p, 1, &literal));
-      hetab_sampler_eval(sampler, wi, wo, &value);
+      hetab_model_sampler_eval(sampler, wi, wo, &value);
       worst_add(&w, i, value, literal.total);
       worst_density =
-          fmax(worst_density, relative_error(hetab_sampler_pdf(sampler, wi, wo), density));
+          fmax(worst_density, relative_error(hetab_model_sampler_pdf(sampler, wi, wo), density));
       assert_true(relative_error(weight * density, value * wo[2]) < 1e-9);
     }
-    hetab_sampler_free(sampler);
+    hetab_model_sampler_free(sampler);
   }
   assert_worst("eval against the literal equations", &w, TOL_SAMPLER_EVAL, TOL_BELOW_FLOOR);
   assert_below("density asked for", worst_density, TOL_SAMPLER_DENSITY);
@@ -475,39 +476,40 @@ static void test_eval(void **state) {
 
 static void test_edges(void **state) {
   hetab_context *ctx = *state;
-  hetab_sampler *sampler = sampler_of(ctx, 0.13, 5.4);
+  hetab_model_sampler *sampler = sampler_of(ctx, 0.13, 5.4);
   const double up[3] = {0, 0, 1}, flat[3] = {1, 0, 0}, below[3] = {0.6, 0, -0.8};
   const double ends[][3] = {
       {0, 0, 0}, {1 - 0x1p-53, 1 - 0x1p-53, 1 - 0x1p-53}, {0.5, 1 - 0x1p-53, 0}};
   double wo[3], weight = 7;
-  assert_true(hetab_sampler_sample(sampler, flat, ends[0], wo, &weight) == 0 && weight == 0);
-  assert_true(hetab_sampler_sample(sampler, below, ends[0], wo, NULL) == 0);
-  assert_true(hetab_sampler_pdf(sampler, up, below) == 0);
-  assert_true(hetab_sampler_pdf(sampler, flat, up) == 0);
-  hetab_sampler_eval(sampler, up, below, &weight);
+  assert_true(hetab_model_sampler_sample(sampler, flat, ends[0], wo, &weight) == 0 && weight == 0);
+  assert_true(hetab_model_sampler_sample(sampler, below, ends[0], wo, NULL) == 0);
+  assert_true(hetab_model_sampler_pdf(sampler, up, below) == 0);
+  assert_true(hetab_model_sampler_pdf(sampler, flat, up) == 0);
+  hetab_model_sampler_eval(sampler, up, below, &weight);
   assert_true(weight == 0);
-  hetab_sampler_specular(sampler, flat, &weight);
+  hetab_model_sampler_specular(sampler, flat, &weight);
   assert_true(weight == 0);
   for (int i = 0; i < 3; i++)
     for (double theta = 0; theta < 1.5707; theta += 0.01) {
       double wi[3];
       direction(theta, 0, wi);
-      double density = hetab_sampler_sample(sampler, wi, ends[i], wo, &weight);
+      double density = hetab_model_sampler_sample(sampler, wi, ends[i], wo, &weight);
       assert_true(isfinite(density) && isfinite(weight) && weight >= 0 && density >= 0);
       assert_true(fabs(wo[0] * wo[0] + wo[1] * wo[1] + wo[2] * wo[2] - 1) < 1e-12);
     }
-  hetab_sampler_free(sampler);
+  hetab_model_sampler_free(sampler);
 }
 
 static void test_bad_input(void **state) {
   const char *const band[] = {"band 1", "0 to 0", NULL}, *const rough[] = {"sigma0 / lambda", NULL};
   hetab_context *ctx = *state;
   hetab_surface *surface = surface_of(ctx, 0.13, 5.4), *wild = surface_of(ctx, 1e4, 1e5);
-  hetab_sampler *sampler = (void *)ctx;
-  assert_fails(ctx, hetab_sampler_create(ctx, surface, 1, &sampler), HETAB_ERR_ARGUMENT, band);
+  hetab_model_sampler *sampler = (void *)ctx;
+  assert_fails(ctx, hetab_model_sampler_create(ctx, surface, 1, &sampler), HETAB_ERR_ARGUMENT,
+               band);
   assert_null(sampler);
-  assert_fails(ctx, hetab_sampler_create(ctx, wild, 0, &sampler), HETAB_ERR_ARGUMENT, rough);
-  hetab_sampler_free(NULL);
+  assert_fails(ctx, hetab_model_sampler_create(ctx, wild, 0, &sampler), HETAB_ERR_ARGUMENT, rough);
+  hetab_model_sampler_free(NULL);
   hetab_surface_free(surface);
   hetab_surface_free(wild);
 }
@@ -518,7 +520,7 @@ static void test_speed(void **state) {
   hetab_context *ctx = *state;
   for (int s = 0; s < SURFACES; s++) {
     double start = seconds();
-    hetab_sampler *sampler = sampler_of(ctx, surfaces[s].sigma0_um, surfaces[s].tau_um);
+    hetab_model_sampler *sampler = sampler_of(ctx, surfaces[s].sigma0_um, surfaces[s].tau_um);
     double made = seconds() - start, wi[3], wo[3], weight, sum = 0, times[2];
     uint64_t seed = 1;
     for (int weights = 0; weights < 2; weights++) {
@@ -526,14 +528,14 @@ static void test_speed(void **state) {
       for (int i = 0; i < COUNT; i++) {
         double u[3] = {uniform(&seed, 0, 1), uniform(&seed, 0, 1), uniform(&seed, 0, 1)};
         direction(i % 90 * M_PI / 180, 0, wi);
-        sum += hetab_sampler_sample(sampler, wi, u, wo, weights ? &weight : NULL);
+        sum += hetab_model_sampler_sample(sampler, wi, u, wo, weights ? &weight : NULL);
       }
       times[weights] = seconds() - start;
     }
     assert_true(isfinite(sum));
     print_message("  %-8s made in %.3f s, %.1f M samples/s, %.1f M with weights, one core\n",
                   surfaces[s].name, made, COUNT / times[0] / 1e6, COUNT / times[1] / 1e6);
-    hetab_sampler_free(sampler);
+    hetab_model_sampler_free(sampler);
   }
 }
 

@@ -32,7 +32,7 @@ enum { SERIES_LOBES = 16 };
 static const double STEP_G = 2.5;
 
 static void add_lobes(hetab_mixture *mixture, const hetab_wave *wave, double tau_2sigma) {
-  static const double narrower[] = {1.12, 1.0, 0.85, 0.7, 0.55};
+  static const double narrower[] = {1.08, 0.8, 0.55};
   hetab_lobe *next = mixture->lobes;
   double g = fmin(4.0 * wave->g, LARGEST_G);
   for (int i = 0; i < SERIES_LOBES && (i == 0 || g > SMALLEST_G); i++, g /= STEP_G)

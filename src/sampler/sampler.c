@@ -9,15 +9,15 @@
 #include "model/limits.h"
 #include "sampler/mixture.h"
 
-struct hetab_sampler {
+struct hetab_model_sampler {
   double tau_2sigma;
   size_t band_count;
   hetab_wave *waves;
   hetab_mixture mixture;
 };
 
-hetab_status hetab_sampler_create(hetab_context *ctx, const hetab_surface *surface, size_t hero,
-                                  hetab_sampler **out) {
+hetab_status hetab_model_sampler_create(hetab_context *ctx, const hetab_surface *surface,
+                                        size_t hero, hetab_model_sampler **out) {
   size_t count = hetab_surface_band_count(surface);
   double sigma0_um = hetab_surface_sigma0_um(surface), tau_um = hetab_surface_tau_um(surface);
   hetab_status status;
@@ -27,7 +27,7 @@ hetab_status hetab_sampler_create(hetab_context *ctx, const hetab_surface *surfa
     return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
                       "surface '%s' has no band %zu to sample: give one from 0 to %zu",
                       hetab_surface_name(surface), hero, count - 1);
-  hetab_sampler *sampler = hetab_alloc(ctx, 1, sizeof *sampler);
+  hetab_model_sampler *sampler = hetab_alloc(ctx, 1, sizeof *sampler);
   if (!sampler)
     return HETAB_ERR_MEMORY;
   sampler->tau_2sigma = tau_um / (2.0 * sigma0_um);
@@ -42,18 +42,18 @@ hetab_status hetab_sampler_create(hetab_context *ctx, const hetab_surface *surfa
   *out = sampler;
 done:
   if (status != HETAB_OK)
-    hetab_sampler_free(sampler);
+    hetab_model_sampler_free(sampler);
   return status;
 }
 
-void hetab_sampler_free(hetab_sampler *sampler) {
+void hetab_model_sampler_free(hetab_model_sampler *sampler) {
   if (!sampler)
     return;
   free(sampler->waves);
   free(sampler);
 }
 
-size_t hetab_sampler_band_count(const hetab_sampler *sampler) {
+size_t hetab_model_sampler_band_count(const hetab_model_sampler *sampler) {
   return sampler->band_count;
 }
 
@@ -67,8 +67,8 @@ static hetab_direction direction_of(double mu, double s, double tau_2sigma) {
                            .k = hetab_k(mu, s, tau_2sigma)};
 }
 
-static void values_of(const hetab_sampler *sampler, const hetab_lobe_pair *pair, double factor,
-                      double *value) {
+static void values_of(const hetab_model_sampler *sampler, const hetab_lobe_pair *pair,
+                      double factor, double *value) {
   double s_r = sqrt(fmax((1.0 - pair->mu_r) * (1.0 + pair->mu_r), 0.0));
   hetab_direction i = direction_of(pair->mu, pair->s, sampler->tau_2sigma);
   hetab_direction r = direction_of(pair->mu_r, s_r, sampler->tau_2sigma);
@@ -91,8 +91,8 @@ static int pair_of(const double wi[3], const double wo[3], hetab_lobe_pair *pair
   return pair->mu > 0.0 && pair->mu_r > 0.0;
 }
 
-void hetab_sampler_eval(const hetab_sampler *sampler, const double wi[3], const double wo[3],
-                        double *value) {
+void hetab_model_sampler_eval(const hetab_model_sampler *sampler, const double wi[3],
+                              const double wo[3], double *value) {
   hetab_lobe_pair pair;
   if (pair_of(wi, wo, &pair))
     values_of(sampler, &pair, 1.0, value);
@@ -101,7 +101,8 @@ void hetab_sampler_eval(const hetab_sampler *sampler, const double wi[3], const 
       value[b] = 0.0;
 }
 
-void hetab_sampler_specular(const hetab_sampler *sampler, const double wi[3], double *value) {
+void hetab_model_sampler_specular(const hetab_model_sampler *sampler, const double wi[3],
+                                  double *value) {
   hetab_direction i = hetab_direction_at(atan2(hypot(wi[0], wi[1]), wi[2]), sampler->tau_2sigma);
   for (size_t b = 0; b < sampler->band_count; b++)
     value[b] = i.mu > 0.0 ? hetab_specular(&i, &sampler->waves[b]) : 0.0;
@@ -118,7 +119,8 @@ static double density_of(const hetab_mixture *mixture, const double *weights,
   return density;
 }
 
-double hetab_sampler_pdf(const hetab_sampler *sampler, const double wi[3], const double wo[3]) {
+double hetab_model_sampler_pdf(const hetab_model_sampler *sampler, const double wi[3],
+                               const double wo[3]) {
   double weights[HETAB_MIXTURE_LOBES];
   hetab_lobe_pair pair;
   if (!pair_of(wi, wo, &pair))
@@ -151,7 +153,7 @@ static void turn(const double wi[3], const hetab_lobe_pair *pair, const double d
   wo[2] = pair->mu_r;
 }
 
-static double no_sample(const hetab_sampler *sampler, const double wi[3], double wo[3],
+static double no_sample(const hetab_model_sampler *sampler, const double wi[3], double wo[3],
                         double *weight) {
   wo[0] = -wi[0];
   wo[1] = -wi[1];
@@ -161,8 +163,8 @@ static double no_sample(const hetab_sampler *sampler, const double wi[3], double
   return 0.0;
 }
 
-double hetab_sampler_sample(const hetab_sampler *sampler, const double wi[3], const double u[3],
-                            double wo[3], double *weight) {
+double hetab_model_sampler_sample(const hetab_model_sampler *sampler, const double wi[3],
+                                  const double u[3], double wo[3], double *weight) {
   const hetab_mixture *mixture = &sampler->mixture;
   double weights[HETAB_MIXTURE_LOBES], d[2], v[3] = {0.0, u[1], u[2]};
   hetab_lobe_pair pair = {.mu = wi[2], .s = hypot(wi[0], wi[1])};
