@@ -1,0 +1,20 @@
+/* The formats that a table is converted to; each file appears whole or not at all. */
+#ifndef HETAB_CONVERT_OUTPUTS_H
+#define HETAB_CONVERT_OUTPUTS_H
+
+#include "convert/source.h"
+
+hetab_status hetab_convert_to_h5(hetab_context *ctx, hetab_convert_source *source, const char *path,
+                                 const hetab_convert_options *options);
+hetab_status hetab_convert_to_merl(hetab_context *ctx, hetab_convert_source *source,
+                                   const char *path, const hetab_convert_options *options);
+hetab_status hetab_convert_to_rgl(hetab_context *ctx, hetab_convert_source *source,
+                                  const char *path, const hetab_convert_options *options);
+
+/* The largest rho_s of the table, and NAME.specular.csv beside MERL and RGL outputs that can have
+ * one; *kept: whether the output then has all of it. */
+hetab_status hetab_convert_save_specular(hetab_context *ctx, const hetab_convert_source *source,
+                                         hetab_format format, const char *path, int overwrite,
+                                         double *largest, int *kept);
+
+#endif
