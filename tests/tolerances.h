@@ -143,5 +143,12 @@
 #define TOL_SAMPLER_EVAL 1e-9
 /* measured 1.3e-13; |q_i + q_r|^2 from the directions, where a needle's lobe is 1e-3 wide */
 #define TOL_SAMPLER_DENSITY 1e-10
+/* --- Look-ups: relative L1 over directions weighed with their cosine, against the model --- */
+/* measured 1; up to 75 degrees */
+#define TOL_LOOKUP_L1 3e-3
+/* measured 1 at 85 degrees */
+#define TOL_LOOKUP_L1_GRAZING 1.2e-2
+/* measured 1; interpolated between 48 incidences */
+#define TOL_LOOKUP_ALBEDO 1e-2
 
 #endif

@@ -2,17 +2,18 @@
  * tables, anyone's. The input is told by its content, the output by its ending.
  *
  * Channels: MERL has linear sRGB; HDF5 and RGL have linear sRGB or wavelengths. From wavelengths to
- * linear sRGB a table is integrated under D65 for the CIE 1931 observer (they have to reach from 400
- * to 700 nm in steps of 10 nm or less); components outside the gamut become 0 and are counted. From
- * linear sRGB no spectrum is made up: HDF5 then has three channels in place of wavelengths, on the
- * axis `channel`, and no n, k and uniform_diffuse (NaN); every command but `audit` reads it.
+ * linear sRGB a table is integrated under D65 for the CIE 1931 observer (they have to reach from
+ * 400 to 700 nm in steps of 10 nm or less); components outside the gamut become 0 and are counted.
+ * From linear sRGB no spectrum is made up: HDF5 then has three channels in place of wavelengths, on
+ * the axis `channel`, and no n, k and uniform_diffuse (NaN); every command but `audit` reads it.
  *
  * What the input is at a direction: its interpolated value, as hetab_lookup_eval() gives it.
  * Measured MERL tables have holes: cells marked invalid, negative or not numbers. They are filled
  * from their neighbours first, smoothly in the logarithm, and counted.
  *
  * The specular delta goes with the table: /specular_reflectance, or NAME.specular.csv beside MERL
- * and RGL tables, which holds spectra: from linear sRGB without such a file it cannot be written. */
+ * and RGL tables, which holds spectra: from linear sRGB without such a file it cannot be written.
+ */
 #ifndef HETAB_CONVERT_H
 #define HETAB_CONVERT_H
 

@@ -8,10 +8,13 @@
 #include <hetab/engine.h>
 #include <hetab/evaluate.h>
 #include <hetab/merl.h>
+#include <hetab/rgl.h>
 #include <hetab/tabulate.h>
 #include <hetab/table.h>
 #include <hetab/reflectance.h>
 #include <hetab/audit.h>
 #include <hetab/bench.h>
 #include <hetab/sampler.h>
+#include <hetab/convert.h>
+#include <hetab/lookup.h>
 #endif

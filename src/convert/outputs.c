@@ -32,8 +32,8 @@ static void row_pairs(const hetab_grid *grid, size_t row, hetab_rgl_pair *pairs)
     deg[axis] = hetab_grid_deg(grid, axis);
   for (size_t r = 0; r < hetab_grid_count(grid, HETAB_THETA_R); r++)
     for (size_t p = 0; p < hetab_grid_count(grid, HETAB_PHI); p++)
-      *pairs++ = (hetab_rgl_pair){deg[HETAB_THETA_I][row] * radian,
-                                  deg[HETAB_THETA_R][r] * radian, deg[HETAB_PHI][p] * radian};
+      *pairs++ = (hetab_rgl_pair){deg[HETAB_THETA_I][row] * radian, deg[HETAB_THETA_R][r] * radian,
+                                  deg[HETAB_PHI][p] * radian};
 }
 
 static hetab_status write_rows(hetab_context *ctx, hetab_convert_source *source,

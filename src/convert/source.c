@@ -21,9 +21,9 @@ static hetab_status format_of(hetab_context *ctx, const char *path, hetab_format
     return hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': %m", path);
   size_t size = fread(start, 1, sizeof start, file);
   fclose(file);
-  *format = size >= 4 && memcmp(start, "\x89HDF", 4) == 0            ? HETAB_FORMAT_H5
+  *format = size >= 4 && memcmp(start, "\x89HDF", 4) == 0         ? HETAB_FORMAT_H5
             : size >= 11 && memcmp(start, "tensor_file", 11) == 0 ? HETAB_FORMAT_RGL
-                                                                     : HETAB_FORMAT_MERL;
+                                                                  : HETAB_FORMAT_MERL;
   return HETAB_OK;
 }
 
@@ -35,7 +35,8 @@ static hetab_status open_mended(hetab_context *ctx, const hetab_merl *merl,
   snprintf(path, sizeof path, "%s/hetab-XXXXXX", folder && *folder ? folder : "/tmp");
   int fd = mkstemp(path);
   if (fd < 0)
-    return hetab_fail(ctx, HETAB_ERR_IO, "cannot write a temporary file '%s': %m; set TMPDIR", path);
+    return hetab_fail(ctx, HETAB_ERR_IO, "cannot write a temporary file '%s': %m; set TMPDIR",
+                      path);
   close(fd);
   hetab_status status = hetab_merl_save(ctx, merl, path, 1);
   if (status == HETAB_OK)
@@ -49,12 +50,11 @@ static hetab_status open_merl(hetab_context *ctx, hetab_convert_source *source) 
   hetab_merl *merl;
   HETAB_TRY(hetab_merl_load_raw(ctx, source->path, &merl));
   source->filled = hetab_merl_holes(merl);
-  hetab_status status =
-      source->filled ? hetab_merl_mend(ctx, source->path, merl) : HETAB_OK;
+  hetab_status status = source->filled ? hetab_merl_mend(ctx, source->path, merl) : HETAB_OK;
   if (status == HETAB_OK)
-    status = source->filled ? open_mended(ctx, merl, source)
-                            : hetab_lookup_open(ctx, source->path, HETAB_LOOKUP_INTERPOLATE,
-                                                &source->table);
+    status = source->filled
+                 ? open_mended(ctx, merl, source)
+                 : hetab_lookup_open(ctx, source->path, HETAB_LOOKUP_INTERPOLATE, &source->table);
   hetab_merl_free(merl);
   return status;
 }
@@ -140,8 +140,7 @@ hetab_status hetab_convert_values(hetab_context *ctx, void *user, const hetab_rg
     size_t block = count - first < BLOCK ? count - first : BLOCK;
     for (size_t i = 0; i < block; i++)
       hetab_convert_directions(&pairs[first + i], wi[i], wo[i]);
-    hetab_lookup_eval_batch(source->table, block, (const float(*)[3])wi, (const float(*)[3])wo,
-                            in);
+    hetab_lookup_eval_batch(source->table, block, (const float(*)[3])wi, (const float(*)[3])wo, in);
     for (size_t i = 0; i < block; i++)
       source->clamped += hetab_convert_channels(source, in + i * source->channels_in,
                                                 values + (first + i) * source->channels);
