@@ -151,11 +151,10 @@ hetab_status hetab_convert_values(hetab_context *ctx, void *user, const hetab_rg
 
 hetab_status hetab_convert_specular(hetab_context *ctx, const hetab_convert_source *source,
                                     double theta_i, double *value) {
-  const hetab_rgl_pair pair = {theta_i, 0, 0};
-  float wi[3], wo[3], *in = hetab_alloc(ctx, source->channels_in, sizeof *in);
+  const float wi[3] = {(float)sin(theta_i), 0, (float)fmax(cos(theta_i), 0)};
+  float *in = hetab_alloc(ctx, source->channels_in, sizeof *in);
   if (!in)
     return HETAB_ERR_MEMORY;
-  hetab_convert_directions(&pair, wi, wo);
   hetab_lookup_specular(source->table, wi, in);
   hetab_convert_channels(source, in, value);
   free(in);
