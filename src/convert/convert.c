@@ -46,6 +46,8 @@ static hetab_status check_not_the_same(hetab_context *ctx, const char *in, const
 static hetab_status write_output(hetab_context *ctx, hetab_convert_source *source, const char *path,
                                  const hetab_convert_options *options,
                                  hetab_convert_report *report) {
+  HETAB_TRY(hetab_convert_check_specular(ctx, source, report->to, path, options->overwrite,
+                                         &report->specular_max));
   switch (report->to) {
   case HETAB_FORMAT_H5:
     HETAB_TRY(hetab_convert_to_h5(ctx, source, path, options));
@@ -59,7 +61,7 @@ static hetab_status write_output(hetab_context *ctx, hetab_convert_source *sourc
   }
   report->clamped = source->clamped;
   return hetab_convert_save_specular(ctx, source, report->to, path, options->overwrite,
-                                     &report->specular_max, &report->specular_kept);
+                                     report->specular_max, &report->specular_kept);
 }
 
 hetab_status hetab_convert(hetab_context *ctx, const char *in, const char *out,

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include <hetab/merl.h>
 
@@ -262,20 +263,51 @@ static double largest_specular(const hetab_convert_source *source, float *rho) {
   return (double)largest;
 }
 
-hetab_status hetab_convert_save_specular(hetab_context *ctx, const hetab_convert_source *source,
-                                         hetab_format format, const char *path, int overwrite,
-                                         double *largest, int *kept) {
+/* What the file beside the output is called; NULL: there is nothing to write, for there is no
+ * delta, HDF5 holds it, or the file beside the input is that one. */
+static hetab_status path_beside(hetab_context *ctx, const hetab_convert_source *source,
+                                hetab_format format, const char *path, double largest,
+                                char **name) {
+  *name = NULL;
+  if (largest == 0 || format == HETAB_FORMAT_H5)
+    return HETAB_OK;
+  *name = specular_path(ctx, path);
+  char *from = specular_path(ctx, source->path);
+  struct stat a, b;
+  int same = *name && from && stat(*name, &a) == 0 && stat(from, &b) == 0 && a.st_dev == b.st_dev &&
+             a.st_ino == b.st_ino && source->format != HETAB_FORMAT_H5;
+  hetab_status status = *name && from ? HETAB_OK : HETAB_ERR_MEMORY;
+  free(from);
+  if (same || status != HETAB_OK) {
+    free(*name);
+    *name = NULL;
+  }
+  return status;
+}
+
+hetab_status hetab_convert_check_specular(hetab_context *ctx, const hetab_convert_source *source,
+                                          hetab_format format, const char *path, int overwrite,
+                                          double *largest) {
+  char *name;
   float *rho = hetab_alloc(ctx, source->channels_in, sizeof *rho);
   if (!rho)
     return HETAB_ERR_MEMORY;
   *largest = largest_specular(source, rho);
   free(rho);
+  HETAB_TRY(path_beside(ctx, source, format, path, *largest, &name));
+  hetab_status status = name ? hetab_output_check(ctx, name, overwrite) : HETAB_OK;
+  free(name);
+  return status;
+}
+
+hetab_status hetab_convert_save_specular(hetab_context *ctx, const hetab_convert_source *source,
+                                         hetab_format format, const char *path, int overwrite,
+                                         double largest, int *kept) {
+  char *name;
   *kept = 1;
-  if (*largest == 0 || format == HETAB_FORMAT_H5)
-    return HETAB_OK;
-  char *name = specular_path(ctx, path);
+  HETAB_TRY(path_beside(ctx, source, format, path, largest, &name));
   if (!name)
-    return HETAB_ERR_MEMORY;
+    return HETAB_OK;
   hetab_status status = hetab_lookup_wavelengths_um(source->table)
                             ? write_csv(ctx, source, name, overwrite)
                             : copy_csv(ctx, source, name, overwrite, kept);

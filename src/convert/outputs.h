@@ -11,10 +11,14 @@ hetab_status hetab_convert_to_merl(hetab_context *ctx, hetab_convert_source *sou
 hetab_status hetab_convert_to_rgl(hetab_context *ctx, hetab_convert_source *source,
                                   const char *path, const hetab_convert_options *options);
 
-/* The largest rho_s of the table, and NAME.specular.csv beside MERL and RGL outputs that can have
- * one; *kept: whether the output then has all of it. */
+/* The largest rho_s of the table; fails if NAME.specular.csv would have to be written beside the
+ * output and could not be. */
+hetab_status hetab_convert_check_specular(hetab_context *ctx, const hetab_convert_source *source,
+                                          hetab_format format, const char *path, int overwrite,
+                                          double *largest);
+/* Writes it; *kept: whether all of the delta is in or beside the output. */
 hetab_status hetab_convert_save_specular(hetab_context *ctx, const hetab_convert_source *source,
                                          hetab_format format, const char *path, int overwrite,
-                                         double *largest, int *kept);
+                                         double largest, int *kept);
 
 #endif
