@@ -26,7 +26,7 @@ CLI_SOURCES := $(wildcard src/cli/*.c)
 TEST_SOURCES := $(wildcard tests/test_*.c)
 TEST_COMMON := $(filter-out $(TEST_SOURCES),$(wildcard tests/*.c))
 HEADERS := $(wildcard include/hetab/*.h)
-FORMATTED := $(wildcard include/hetab/*.h src/*/*.[ch] kernels/*.h kernels/*.cl tests/*.[ch])
+FORMATTED := $(wildcard include/hetab/*.h src/*/*.[ch] kernels/*.h kernels/*.cl tests/*.[ch] tests/gallery/*.c)
 
 LIB_OBJECTS := $(LIB_SOURCES:%.c=$(BUILD)/%.o) $(BUILD)/kernels_embedded.o
 CLI_OBJECTS := $(CLI_SOURCES:%.c=$(BUILD)/%.o)
@@ -68,6 +68,11 @@ bench: setup ## speed against error of every method, with plots, in out/
 	@scripts/plot_bench out/bench.csv out/bench.png
 	@scripts/plot_roofline out/bench.csv out/roofline.png
 	@scripts/bench_commands $(BUILD)/hetab
+
+.PHONY: gallery-c
+gallery-c: setup ## draw out/gallery/path_tracer.png with the look-up library
+	@$(MAKE) --no-print-directory -s build $(BUILD)/path_tracer
+	@scripts/gallery_path_tracer $(BUILD) out/gallery
 
 .PHONY: asan
 asan: setup ## run the tests under AddressSanitizer and UndefinedBehaviorSanitizer
@@ -136,6 +141,9 @@ $(BUILD)/hetab.1: $(BUILD)/hetab src/cli/hetab.1.in scripts/make_man
 
 $(BUILD)/tests/%: $(BUILD)/tests/%.o $(TEST_COMMON_OBJECTS) $(BUILD)/libhetab.a
 	$(CC) $(CFLAGS_ALL) $(LDFLAGS) -o $@ $^ -lcmocka $(LIBS)
+
+$(BUILD)/path_tracer: tests/gallery/path_tracer.c $(BUILD)/libhetab.a
+	$(CC) $(CPPFLAGS_ALL) $(CFLAGS_ALL) -fopenmp $(LDFLAGS) -o $@ $^ $(LIBS)
 
 .SECONDARY: $(TEST_OBJECTS)
 
