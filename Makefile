@@ -64,7 +64,7 @@ bench: setup ## speed against error of every method, with plots, in out/
 	@mkdir -p out
 	@$(BUILD)/hetab bench --force --csv out/bench.csv
 	@$(BUILD)/hetab bench --force --csv out/roughness.csv --samples 200 \
-	  $(addprefix roughness-,0.05 0.2 1 5 20 100)
+	  $(addprefix roughness-,0.05 0.2 1 5 20 50 100)
 	@scripts/plot_bench out/bench.csv out/bench.png
 	@scripts/plot_roofline out/bench.csv out/roofline.png
 	@scripts/bench_commands $(BUILD)/hetab

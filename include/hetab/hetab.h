@@ -13,6 +13,7 @@
 #include <hetab/table.h>
 #include <hetab/reflectance.h>
 #include <hetab/audit.h>
+#include <hetab/roughness.h>
 #include <hetab/bench.h>
 #include <hetab/sampler.h>
 #include <hetab/convert.h>

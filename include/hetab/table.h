@@ -2,7 +2,8 @@
  * likewise.
  *
  *   /brdf                  float32 or float64 [wavelength][theta_i][theta_r][phi], 1/sr, dd + ud,
- *                          no cosine, the specular delta not in it
+ *                          no cosine, the specular delta not in it; one run of
+ *                          bytes, or chunks where it is compressed
  *   /specular_reflectance  float64 [wavelength][theta_i]: rho_s, the weight of the delta
  *   /uniform_diffuse       float64 [wavelength], 1/sr
  *   /n, /k                 float64 [wavelength]

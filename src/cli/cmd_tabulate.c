@@ -170,6 +170,8 @@ static hetab_status open_inputs(tabulate_job *job) {
 
 /* Float by default, double where the tolerance asks for more than float arithmetic has. */
 static hetab_precision choose_precision(const tabulate_request *r) {
+  if (r->method == HETAB_METHOD_LITERAL)
+    return HETAB_DOUBLE;
   if (r->precision >= 0)
     return (hetab_precision)r->precision;
   return r->tolerance > 0 && r->tolerance < 1e-5 ? HETAB_DOUBLE : HETAB_FLOAT;
@@ -242,7 +244,7 @@ static int save_specular_csv(tabulate_job *job, const table_output *output) {
 
 static int create_writers(tabulate_job *job) {
   const tabulate_request *r = job->request;
-  hetab_precision precision = hetab_engine_precision(job->engine);
+  hetab_precision precision = choose_precision(r);
   job->h5_options =
       (hetab_h5_options){.element = r->element < 0 ? precision : (hetab_precision)r->element,
                          .slabs = precision,
@@ -327,9 +329,6 @@ static int fill_dense(tabulate_job *job) {
   const tabulate_request *r = job->request;
   hetab_tabulate_options options = {.samples = r->samples, .seed = (unsigned)r->seed};
   hetab_report *report = &job->reports[OUTPUT_H5];
-  int status = create_writers(job);
-  if (status >= 0)
-    return status;
   cli_progress_begin(job->ctx, hetab_surface_name(job->surface), r->quiet);
   hetab_status done = hetab_tabulate(job->ctx, job->engine, job->surface, job->grid, &options,
                                      fan_out, job, report);
@@ -413,11 +412,23 @@ static int publish(tabulate_job *job) {
 
 /* ---- the command --------------------------------------------------------------------------- */
 
-static int evaluate(tabulate_job *job) {
-  int device = has_format(job, OUTPUT_H5) || has_format(job, OUTPUT_MERL), status = -1;
-  if (open_inputs(job) != HETAB_OK || (device && open_engine(job) != HETAB_OK))
+/* Inputs, the files' layout and the engine, if one is needed; the OpenCL runtime loads meanwhile.
+ */
+static int prepare(tabulate_job *job) {
+  int device = has_format(job, OUTPUT_H5) || has_format(job, OUTPUT_MERL);
+  if (device && job->request->method != HETAB_METHOD_LITERAL)
+    job->preload = hetab_preload_start();
+  if (open_inputs(job) != HETAB_OK)
     return cli_fail_context(job->ctx);
-  if (has_format(job, OUTPUT_RGL))
+  int status = has_format(job, OUTPUT_H5) ? create_writers(job) : -1;
+  if (status < 0 && device && open_engine(job) != HETAB_OK)
+    status = cli_fail_context(job->ctx);
+  return status;
+}
+
+static int evaluate(tabulate_job *job) {
+  int status = prepare(job);
+  if (status < 0 && has_format(job, OUTPUT_RGL))
     status = fill_rgl(job);
   if (status < 0 && has_format(job, OUTPUT_MERL)) /* first: it can refuse, and is the shorter job */
     status = fill_merl(job);
@@ -447,6 +458,7 @@ static int run_job(const cli_command *self, const tabulate_request *request) {
   hetab_merl_free(job.merl);
   hetab_rgl_free(job.rgl);
   hetab_engine_free(job.engine);
+  hetab_preload_finish(job.preload);
   hetab_grid_free(job.grid);
   hetab_surface_free(job.surface);
   hetab_context_free(job.ctx);

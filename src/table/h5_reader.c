@@ -197,24 +197,52 @@ static hetab_status open_descriptor(hetab_context *ctx, hetab_h5_table *table) {
   return HETAB_OK;
 }
 
-/* Where a chunk is missing HDF5 would leave the reader's memory as it is. */
-static hetab_status check_complete(hetab_context *ctx, const hetab_h5_table *table) {
-  hsize_t chunk[RANK], expected = 1, found = 0;
-  hid_t list = H5Dget_create_plist(table->brdf);
-  int chunked = H5Pget_layout(list) == H5D_CHUNKED && H5Pget_chunk(list, RANK, chunk) == RANK;
-  H5Pclose(list);
-  if (!chunked)
-    return hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' is no hetab table: /brdf is not chunked",
-                      table->path);
+static hetab_status incomplete(hetab_context *ctx, const hetab_h5_table *table, hsize_t found,
+                               hsize_t expected, const char *parts) {
+  return hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' is incomplete: /brdf has %llu of %llu %s",
+                    table->path, (unsigned long long)found, (unsigned long long)expected, parts);
+}
+
+static hetab_status check_chunks(hetab_context *ctx, const hetab_h5_table *table,
+                                 const hsize_t chunk[RANK]) {
+  hsize_t expected = 1, found = 0;
   for (int i = 0; i < RANK; i++)
     expected *= (table->dims[i] + chunk[i] - 1) / chunk[i];
   hid_t space = H5Dget_space(table->brdf);
   H5Dget_num_chunks(table->brdf, space, &found);
   H5Sclose(space);
-  if (found != expected)
-    return hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' is incomplete: /brdf has %llu of %llu chunks",
-                      table->path, (unsigned long long)found, (unsigned long long)expected);
-  return HETAB_OK;
+  return found == expected ? HETAB_OK : incomplete(ctx, table, found, expected, "chunks");
+}
+
+/* All in one run of bytes, and the file long enough for it. */
+static hetab_status check_run(hetab_context *ctx, const hetab_h5_table *table) {
+  hid_t type = H5Dget_type(table->brdf);
+  hsize_t expected = H5Tget_size(type), found = H5Dget_storage_size(table->brdf);
+  haddr_t start = H5Dget_offset(table->brdf);
+  struct stat about;
+  H5Tclose(type);
+  for (int i = 0; i < RANK; i++)
+    expected *= table->dims[i];
+  if (start == HADDR_UNDEF || fstat(table->descriptor.fd, &about))
+    found = 0;
+  else if ((haddr_t)about.st_size < start + found)
+    found = (haddr_t)about.st_size > start ? (haddr_t)about.st_size - start : 0;
+  return found == expected ? HETAB_OK : incomplete(ctx, table, found, expected, "bytes");
+}
+
+/* Where a part is missing HDF5 would leave the reader's memory as it is. */
+static hetab_status check_complete(hetab_context *ctx, const hetab_h5_table *table) {
+  hsize_t chunk[RANK];
+  hid_t list = H5Dget_create_plist(table->brdf);
+  H5D_layout_t layout = H5Pget_layout(list);
+  int has_chunks = layout == H5D_CHUNKED && H5Pget_chunk(list, RANK, chunk) == RANK;
+  H5Pclose(list);
+  if (has_chunks)
+    return check_chunks(ctx, table, chunk);
+  if (layout == H5D_CONTIGUOUS)
+    return check_run(ctx, table);
+  return hetab_fail(ctx, HETAB_ERR_PARSE,
+                    "'%s' is no hetab table: /brdf is neither chunked nor contiguous", table->path);
 }
 
 static hetab_status open_datasets(hetab_context *ctx, hetab_h5_table *table,

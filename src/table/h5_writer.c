@@ -157,27 +157,28 @@ static void choose_chunk(const hsize_t dims[RANK], size_t element, hsize_t chunk
     chunk[THETA_R] = fitting_extent(dims[THETA_R], CHUNK_MOST / row);
 }
 
-/* Space is allocated at once where its size is known, so that a full disk is found at once. */
+/* Uncompressed tables are one run of bytes: slabs are written at the disk's speed, and any reader
+ * can map the file. Their space is allocated at once, so that a full disk is found at once. */
 static hid_t brdf_creation_list(const hsize_t dims[RANK], const hetab_h5_options *options) {
   hid_t list = creation_list();
-  hsize_t chunk[RANK];
-  choose_chunk(dims, options->element == HETAB_FLOAT ? 4 : 8, chunk);
-  H5Pset_chunk(list, RANK, chunk);
   H5Pset_fill_time(list, H5D_FILL_TIME_NEVER);
-  H5Pset_alloc_time(list, options->compression ? H5D_ALLOC_TIME_INCR : H5D_ALLOC_TIME_EARLY);
   if (options->compression) {
+    hsize_t chunk[RANK];
+    choose_chunk(dims, options->element == HETAB_FLOAT ? 4 : 8, chunk);
+    H5Pset_chunk(list, RANK, chunk);
     H5Pset_shuffle(list);
     H5Pset_deflate(list, (unsigned)options->compression);
+  } else {
+    H5Pset_layout(list, H5D_CONTIGUOUS);
+    H5Pset_alloc_time(list, H5D_ALLOC_TIME_EARLY);
   }
   return list;
 }
 
-/* Uncompressed slabs pass by the chunk cache, straight to the file. */
 static hid_t create_brdf(hid_t file, const hsize_t dims[RANK], const hetab_h5_options *options) {
   hid_t creation = brdf_creation_list(dims, options);
   hid_t access = H5Pcreate(H5P_DATASET_ACCESS);
-  H5Pset_chunk_cache(access, options->compression ? 521 : 0,
-                     options->compression ? COMPRESSING_CACHE : 0, 1);
+  H5Pset_chunk_cache(access, 521, COMPRESSING_CACHE, 1);
   hid_t type = options->element == HETAB_FLOAT ? H5T_IEEE_F32LE : H5T_IEEE_F64LE;
   hid_t space = H5Screate_simple(RANK, dims, NULL);
   hid_t dataset = H5Dcreate2(file, "brdf", type, space, H5P_DEFAULT, creation, access);
