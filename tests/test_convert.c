@@ -317,8 +317,8 @@ static void save_spectral(hetab_context *ctx, const char *path, const hetab_surf
 static double specular_difference(hetab_context *ctx, const char *a, const char *b) {
   hetab_lookup *tables[2];
   double worst = 0;
-  assert_ok(ctx, hetab_lookup_open(ctx, a, HETAB_LOOKUP_INTERPOLATE, &tables[0]));
-  assert_ok(ctx, hetab_lookup_open(ctx, b, HETAB_LOOKUP_INTERPOLATE, &tables[1]));
+  assert_ok(ctx, hetab_lookup_open(ctx, a, HETAB_LOOKUP_NEAREST, &tables[0]));
+  assert_ok(ctx, hetab_lookup_open(ctx, b, HETAB_LOOKUP_NEAREST, &tables[1]));
   size_t channels = hetab_lookup_channels(tables[0]);
   assert_int_equal(channels, hetab_lookup_channels(tables[1]));
   for (int deg = 0; deg <= 85; deg++) {
@@ -335,7 +335,7 @@ static double specular_difference(hetab_context *ctx, const char *a, const char 
 
 static void check_wavelengths(hetab_context *ctx, const char *path, const double *expected) {
   hetab_lookup *table;
-  assert_ok(ctx, hetab_lookup_open(ctx, path, HETAB_LOOKUP_INTERPOLATE, &table));
+  assert_ok(ctx, hetab_lookup_open(ctx, path, HETAB_LOOKUP_NEAREST, &table));
   assert_int_equal(hetab_lookup_channels(table), 31);
   for (int b = 0; b < 31; b++)
     assert_true(fabs(hetab_lookup_wavelengths_um(table)[b] - expected[b]) < 1e-6);
@@ -442,6 +442,13 @@ static void test_refused(void **state) {
   assert_ok(ctx, hetab_merl_save(ctx, merl, dead, 1));
   hetab_merl_free(merl);
   refused(ctx, dead, none, 0, HETAB_ERR_PARSE, (const char *const[]){"no valid cell", NULL});
+  assert_ok(ctx, hetab_merl_create(ctx, &merl));
+  for (int c = 0; c < 3; c++)
+    memset(hetab_merl_channel(merl, c), 0, HETAB_MERL_CELLS * sizeof(double));
+  assert_ok(ctx, hetab_merl_save(ctx, merl, in_folder("black.binary"), 1));
+  hetab_merl_free(merl);
+  refused(ctx, in_folder("black.binary"), in_folder("black.bsdf"), 0, HETAB_ERR_RANGE,
+          (const char *const[]){"black.binary", "black at every", NULL});
   assert_int_equal(truncate(dead, 1000), 0);
   refused(ctx, dead, none, 0, HETAB_ERR_PARSE, (const char *const[]){"dead.binary", NULL});
   /* colour needs the visible wavelengths */

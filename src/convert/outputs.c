@@ -167,6 +167,26 @@ hetab_status hetab_convert_to_merl(hetab_context *ctx, hetab_convert_source *sou
 
 /* ---- RGL ----------------------------------------------------------------------------------- */
 
+/* RGL tables sample what they reflect. */
+static hetab_status check_not_black(hetab_context *ctx, const hetab_convert_source *source) {
+  float *albedo = hetab_alloc(ctx, source->channels_in, sizeof *albedo);
+  int lit = 0;
+  if (!albedo)
+    return HETAB_ERR_MEMORY;
+  for (int deg = 0; deg <= 80; deg += 10) {
+    const float wi[3] = {(float)sin(deg * M_PI / 180), 0, (float)cos(deg * M_PI / 180)};
+    hetab_lookup_albedo(source->table, wi, albedo);
+    for (size_t c = 0; c < source->channels_in; c++)
+      lit |= albedo[c] > 0;
+  }
+  free(albedo);
+  return lit ? HETAB_OK
+             : hetab_fail(ctx, HETAB_ERR_RANGE,
+                          "'%s' is black at every incidence: an RGL table of it cannot be sampled; "
+                          "convert it to .h5 or .binary",
+                          source->path);
+}
+
 hetab_status hetab_convert_to_rgl(hetab_context *ctx, hetab_convert_source *source,
                                   const char *path, const hetab_convert_options *options) {
   char description[512];
@@ -183,6 +203,7 @@ hetab_status hetab_convert_to_rgl(hetab_context *ctx, hetab_convert_source *sour
                                          .table_error = options->table_error};
   hetab_rgl_report report;
   hetab_rgl *rgl;
+  HETAB_TRY(check_not_black(ctx, source));
   HETAB_TRY(hetab_rgl_build(ctx, &table, &rgl_options, &rgl, &report));
   hetab_status status = hetab_rgl_save(ctx, rgl, path, options->overwrite);
   hetab_rgl_free(rgl);
