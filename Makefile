@@ -71,6 +71,11 @@ bench: setup ## speed against error of every method, with plots, in out/
 	@$(MAKE) --no-print-directory -s $(BUILD)/tests/bench/lookup_speed
 	@$(BUILD)/tests/bench/lookup_speed out BBQAL1 BBQAL2 GGAL120 GGAL240 NGGAL | tee out/lookup.csv
 
+.PHONY: gallery-c
+gallery-c: setup ## draw out/gallery/path_tracer.png with the look-up library
+	@$(MAKE) --no-print-directory -s build $(BUILD)/path_tracer
+	@scripts/gallery_path_tracer $(BUILD) out/gallery
+
 .PHONY: asan
 asan: setup ## run the tests under AddressSanitizer and UndefinedBehaviorSanitizer
 	@$(MAKE) --no-print-directory -s BUILD=$(BUILD)/asan \
@@ -144,6 +149,9 @@ $(BUILD)/hetab.1: $(BUILD)/hetab src/cli/hetab.1.in scripts/make_man
 
 $(BUILD)/tests/%: $(BUILD)/tests/%.o $(TEST_COMMON_OBJECTS) $(BUILD)/libhetab.a
 	$(CC) $(CFLAGS_ALL) $(LDFLAGS) -o $@ $^ -lcmocka $(LIBS)
+
+$(BUILD)/path_tracer: tests/gallery/path_tracer.c $(BUILD)/libhetab.a
+	$(CC) $(CPPFLAGS_ALL) $(CFLAGS_ALL) -fopenmp $(LDFLAGS) -o $@ $^ $(LIBS)
 
 $(BUILD)/tests/bench/%: $(BUILD)/tests/bench/%.o $(BUILD)/libhetab.a
 	@mkdir -p $(@D)

@@ -15,5 +15,7 @@
 #include <hetab/audit.h>
 #include <hetab/roughness.h>
 #include <hetab/bench.h>
+#include <hetab/sampler.h>
+#include <hetab/convert.h>
 #include <hetab/lookup.h>
 #endif

@@ -18,16 +18,22 @@ enum { WAVELENGTH, THETA_I, THETA_R, PHI, RANK };
 /* Longer axes are damage, or an attack on the memory. */
 enum { MAX_COUNT = 100000 };
 
-static const char *const axis_paths[RANK] = {"wavelength", "theta_i", "theta_r", "phi"};
+enum { SRGB_CHANNELS = 3 };
 
 struct hetab_h5_table {
   char *path; /* for messages */
   hetab_h5_descriptor descriptor;
   hid_t h5, brdf;
   hsize_t dims[RANK];
+  int srgb; /* the leading axis is `channel` */
   double *lambda_um;
   hetab_grid *grid;
 };
+
+static const char *axis_path(const hetab_h5_table *table, int axis) {
+  static const char *const paths[RANK] = {"wavelength", "theta_i", "theta_r", "phi"};
+  return axis == WAVELENGTH && table->srgb ? "channel" : paths[axis];
+}
 
 /* --- datasets ------------------------------------------------------------------------------- */
 
@@ -84,7 +90,7 @@ static hetab_status open_over_axes(hetab_context *ctx, const hetab_h5_table *tab
       H5Dclose(dataset);
       return hetab_fail(ctx, HETAB_ERR_PARSE,
                         "'%s': dimension %d of /%s has %llu entries, but /%s has %llu", table->path,
-                        i, name, (unsigned long long)dims[i], axis_paths[i],
+                        i, name, (unsigned long long)dims[i], axis_path(table, i),
                         (unsigned long long)table->dims[i]);
     }
   *out = dataset;
@@ -102,7 +108,7 @@ static hetab_status read_failed(hetab_context *ctx, const hetab_h5_table *table,
 /* An axis's values; free() them. */
 static hetab_status read_axis(hetab_context *ctx, hetab_h5_table *table, int axis, double **out,
                               const hetab_h5_errors *errors) {
-  const char *name = axis_paths[axis];
+  const char *name = axis_path(table, axis);
   hetab_status status = HETAB_OK;
   double *values = NULL;
   hid_t dataset;
@@ -139,6 +145,22 @@ static hetab_status read_wavelengths(hetab_context *ctx, hetab_h5_table *table,
     table->lambda_um[i] = nm / 1e3;
   }
   return HETAB_OK;
+}
+
+/* Tables made from linear sRGB have channels in place of wavelengths. */
+static hetab_status read_leading_axis(hetab_context *ctx, hetab_h5_table *table,
+                                      const hetab_h5_errors *errors) {
+  double *channels;
+  table->srgb = H5Lexists(table->h5, "wavelength", H5P_DEFAULT) <= 0 &&
+                H5Lexists(table->h5, "channel", H5P_DEFAULT) > 0;
+  if (!table->srgb)
+    return read_wavelengths(ctx, table, errors);
+  HETAB_TRY(read_axis(ctx, table, WAVELENGTH, &channels, errors));
+  free(channels);
+  return table->dims[WAVELENGTH] == SRGB_CHANNELS
+             ? HETAB_OK
+             : hetab_fail(ctx, HETAB_ERR_PARSE, "'%s': /channel has %llu entries in place of 3",
+                          table->path, (unsigned long long)table->dims[WAVELENGTH]);
 }
 
 static hetab_status read_angles(hetab_context *ctx, hetab_h5_table *table, hetab_axis axis,
@@ -233,7 +255,7 @@ static hetab_status open_datasets(hetab_context *ctx, hetab_h5_table *table,
   if (table->h5 < 0)
     return hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' is damaged or truncated: HDF5: %s", table->path,
                       errors->text);
-  HETAB_TRY(read_wavelengths(ctx, table, errors));
+  HETAB_TRY(read_leading_axis(ctx, table, errors));
   for (hetab_axis axis = 0; axis < HETAB_AXIS_COUNT; axis++)
     HETAB_TRY(read_angles(ctx, table, axis, errors));
   for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
@@ -245,7 +267,7 @@ static hetab_status open_datasets(hetab_context *ctx, hetab_h5_table *table,
   return check_complete(ctx, table);
 }
 
-hetab_status hetab_h5_open(hetab_context *ctx, const char *path, hetab_h5_table **out) {
+hetab_status hetab_h5_open_any(hetab_context *ctx, const char *path, hetab_h5_table **out) {
   hetab_h5_errors errors;
   hetab_status status;
   *out = NULL;
@@ -268,6 +290,18 @@ done:
   else
     hetab_h5_close(table);
   return status;
+}
+
+hetab_status hetab_h5_open(hetab_context *ctx, const char *path, hetab_h5_table **out) {
+  HETAB_TRY(hetab_h5_open_any(ctx, path, out));
+  if (!(*out)->srgb)
+    return HETAB_OK;
+  hetab_h5_close(*out);
+  *out = NULL;
+  return hetab_fail(ctx, HETAB_ERR_UNSUPPORTED,
+                    "'%s' holds linear sRGB in place of wavelengths; convert it to a MERL table "
+                    "first: hetab convert '%s' NAME.binary",
+                    path, path);
 }
 
 void hetab_h5_close(hetab_h5_table *table) {
