@@ -149,7 +149,8 @@ static hetab_status open_inputs(job *j) {
     status = find_wavelengths(j);
   if (status == HETAB_OK)
     status = hetab_engine_create(j->ctx, &engine, &j->engine);
-  fill_bounds(j);
+  if (status == HETAB_OK)
+    fill_bounds(j);
   return status;
 }
 
@@ -170,10 +171,10 @@ static const hetab_bounds *peak_of(const hetab_prediction *p, const hetab_predic
 
 static void print_count(const char *where, const hetab_prediction_count *count) {
   if (count->points)
-    printf("measured, %s: %zu points, %zu (%.1f %%) within the bounds, %zu below, %zu above, mean "
-           "excess %+.1f %%\n",
+    printf("measured, %s: %zu points, %zu (%.1f %%) within the bounds, %zu below, %zu above, sum "
+           "%+.1f %%\n",
            where, count->points, count->within, 100 * (double)count->within / (double)count->points,
-           count->below, count->above, 100 * count->mean_excess);
+           count->below, count->above, 100 * count->bias);
 }
 
 static void print_skipped(const job *j) {
@@ -194,8 +195,9 @@ static void print_text(const job *j) {
     const hetab_prediction_curve *c = &p->curves[i];
     const hetab_bounds *peak = peak_of(p, c);
     printf("%6.5g %8.4g %8.4g %10.4g %10.4g %10.4g %10.3g %10.3g %10.3g\n", 1000 * c->lambda_um,
-           c->theta_i_deg, c->peak_deg, peak->nominal, peak->low, peak->high, c->specular.nominal,
-           c->specular.low, c->specular.high);
+           c->theta_i_deg, c->peak_deg, peak->nominal, peak->low, peak->high,
+           predict_shown(c->specular.nominal), predict_shown(c->specular.low),
+           predict_shown(c->specular.high));
   }
   printf("\nthe bounds miss less than %.1g of the value\n", p->error);
   if (!j->measurements)
@@ -256,8 +258,8 @@ static json_t *count_json(const hetab_prediction_count *count) {
   return json_pack("{sI sI sI sI so so}", "points", (json_int_t)count->points, "within",
                    (json_int_t)count->within, "below", (json_int_t)count->below, "above",
                    (json_int_t)count->above, "fraction_within",
-                   points > 0 ? json_real((double)count->within / points) : json_null(),
-                   "mean_excess", points > 0 ? json_real(count->mean_excess) : json_null());
+                   points > 0 ? json_real((double)count->within / points) : json_null(), "bias",
+                   points > 0 ? json_real(count->bias) : json_null());
 }
 
 static json_t *point_json(const hetab_prediction *p, const hetab_predicted_point *point) {
@@ -420,7 +422,7 @@ static int parse(const cli_command *self, int argc, char **argv, request *r, int
       {CLI_FLAG, "json", 0, NULL,
        "print JSON: {surface, version, sigma0_um: {value, low, high}, tau_um, error, theta_r_deg, "
        "curves: [{wavelength_nm, theta_i_deg, peak_theta_r_deg, f, low, high, rho_s}], measured: "
-       "{name, accuracy, plane: {points, within, below, above, fraction_within, mean_excess}, "
+       "{name, accuracy, plane: {points, within, below, above, fraction_within, bias}, "
        "hemisphere, skipped, points}}",
        &r->json, 0, 0},
       {0},

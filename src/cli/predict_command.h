@@ -13,6 +13,11 @@ typedef struct predict_report {
   double accuracy;
 } predict_report;
 
+/* The delta of a rough surface is e^-g: what float leaves of it at 1e-40 is nothing. */
+static inline double predict_shown(double rho_s) {
+  return rho_s < 1e-30 ? 0 : rho_s;
+}
+
 /* One self-contained page. */
 void predict_html(FILE *stream, const predict_report *report);
 

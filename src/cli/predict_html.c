@@ -11,7 +11,7 @@ enum { DECADES = 5 }; /* of logarithmic plots, below the peak */
 /* Blue at the normal to red at grazing. */
 static void colour_of(const predict_report *r, size_t incidence, const char *what, char text[48]) {
   double last = r->theta_i_count > 1 ? (double)(r->theta_i_count - 1) : 1;
-  snprintf(text, 48, "%s:hsl(%.0f 70%% 50%%)", what, 215 - 205 * (double)incidence / last);
+  snprintf(text, 48, "%s:hsl(%.0f 75%% 44%%)", what, 215 - 205 * (double)incidence / last);
 }
 
 static double highest(const hetab_prediction *p, const hetab_prediction_curve *curve) {
@@ -117,8 +117,9 @@ static void write_wavelength(FILE *out, const predict_report *r, size_t waveleng
           1000 * r->prediction->curves[first].lambda_um);
   for (int log_scale = 0; log_scale < 2; log_scale++)
     plot_all(out, r, wavelength, log_scale);
-  for (size_t i = 0; r->measurements && i < r->theta_i_count; i++)
-    for (int log_scale = 0; log_scale < 2; log_scale++)
+  int scales = r->measurements ? 2 : 1; /* without points one curve alone is seen well enough */
+  for (size_t i = 0; i < r->theta_i_count; i++)
+    for (int log_scale = 0; log_scale < scales; log_scale++)
       plot_one(out, r, first + i, log_scale);
   fputs("</div>", out);
   write_key(out, r);
@@ -134,15 +135,15 @@ static void write_count(FILE *out, const char *where, const hetab_prediction_cou
             "<td>%+.1f %%</td></tr>",
             where, count->points, count->within,
             100 * (double)count->within / (double)count->points, count->below, count->above,
-            100 * count->mean_excess);
+            100 * count->bias);
 }
 
 static void write_counts(FILE *out, const predict_report *r) {
   if (!r->measurements)
     return;
   fputs("<h3>Measured points</h3><div class=\"wide\"><table><tr><th>where</th><th>points</th>"
-        "<th>within the bounds</th><th>below</th><th>above</th><th>mean of measured / predicted - "
-        "1</th></tr>",
+        "<th>within the bounds</th><th>below</th><th>above</th><th>sum over that "
+        "predicted, less 1</th></tr>",
         out);
   write_count(out, "incidence plane", &r->prediction->plane);
   write_count(out, "hemisphere", &r->prediction->hemisphere);
@@ -168,7 +169,8 @@ static void write_curves(FILE *out, const predict_report *r) {
             "<tr><td>%.6g</td><td>%.4g\u00b0</td><td>%.4g\u00b0</td><td>%.4g</td><td>%.4g</td>"
             "<td>%.4g</td><td>%.3g</td><td>%.3g</td><td>%.3g</td></tr>",
             1000 * c->lambda_um, c->theta_i_deg, c->peak_deg, c->f[peak].nominal, c->f[peak].low,
-            c->f[peak].high, c->specular.nominal, c->specular.low, c->specular.high);
+            c->f[peak].high, predict_shown(c->specular.nominal), predict_shown(c->specular.low),
+            predict_shown(c->specular.high));
   }
   fputs("</table></div>\n", out);
 }
