@@ -83,7 +83,7 @@ fi
 
 refuses "no surface" 2 "no SURFACE" predict
 refuses "two surfaces" 2 "unexpected argument" predict a b
-refuses "unknown surface" 1 "no preset or metal" predict Unobtainium
+refuses "unknown surface" 1 "no preset 'Unobtainium'" predict Unobtainium
 refuses "no interval" 2 "'0.5' is no interval" predict s.yml --sigma0 0.5
 refuses "interval backwards" 2 "no interval" predict s.yml --tau 6:4
 refuses "two bounds" 2 "keep one" predict s.yml --sigma0 0.4:0.6 --non-uniformity 0.1
