@@ -129,7 +129,7 @@ typedef struct hetab_fit_estimate {
   hetab_fit_end end;
   int undetermined; /* the data do not fix it: the interval spans more than a factor of 2.7 (a:
                      * more than 0.5) or the curvature is singular */
-  double wanted;    /* DIFFUSE: the best value without bounds and constraint, at this roughness */
+  double wanted;    /* the value of the best fit without the constraint */
 } hetab_fit_estimate;
 
 /* One incidence, or 5 degrees of them where there are more than 40. */
@@ -157,7 +157,7 @@ typedef struct hetab_fit_start {
 } hetab_fit_start;
 
 typedef struct hetab_fit {
-  /* Roughness (3), index n (if the index is constant), then the diffuse part: one or [bands]. */
+  /* Slope, sigma0, tau, n if it is free, then the diffuse part: one or [bands]. */
   hetab_fit_estimate *estimates;
   size_t estimate_count;
   double sigma0_um, tau_um, slope;
