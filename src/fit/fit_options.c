@@ -18,7 +18,7 @@ static const rule rules[HETAB_FIT_QUANTITIES] = {{"slope", 1e-4, 10, 0.005, 1},
                                                  {"n", 0.05, 10, 1.05, 3},
                                                  {"diffuse_reflectance", 0, 10, 0, 1}};
 static const double MOST_ROUGH = 1e3; /* sigma0 / lambda of a reflectance */
-enum { MOST_EVALUATIONS = 20000, STARTS = 8, MOST_STARTS = 10000, MOST_BOOTSTRAP = 100000 };
+enum { MOST_EVALUATIONS = 20000, STARTS = 4, MOST_STARTS = 10000, MOST_BOOTSTRAP = 100000 };
 
 static const char *name_in(const char *const *names, size_t count, size_t i) {
   return i < count ? names[i] : "unknown";

@@ -7,10 +7,11 @@
 #include <string.h>
 
 /* In x, which runs from 0 to 1 between the logarithms of the bounds. */
-static const double FIRST_STEP = 0.1, COARSE = 1e-3, FINE = 1e-8, SAME_END = 1e-2;
+static const double FIRST_STEP = 0.05, COARSE = 1e-3, FINE = 1e-8, SAME_END = 1e-2;
 static const double SAME_ANSWER = 1e-4;
 /* E^2 below this is as good as 0: its logarithm is what is minimised. */
 static const double LEAST_Q = 1e-10;
+static const double BROKEN = 1e3; /* of a scan: above every objective */
 enum { COARSE_EVALUATIONS = 300, FINE_EVALUATIONS = 2000, MOST_POLISHED = 4 };
 
 typedef struct search {
@@ -40,7 +41,7 @@ static void evaluate_at(search *s, const double *x) {
     s->status = hetab_progress(
         p->ctx, (double)p->evaluations,
         (double)fmax((double)p->options.max_evaluations, (double)p->evaluations + 1));
-  if (s->status != HETAB_OK || p->evaluations >= p->options.max_evaluations)
+  if (s->optimizer && (s->status != HETAB_OK || p->evaluations >= p->options.max_evaluations))
     nlopt_force_stop(s->optimizer);
   if (s->status != HETAB_OK)
     return;
@@ -152,6 +153,32 @@ static int near(const hetab_fit_problem *p, const double *a, const double *b, do
   return 1;
 }
 
+/* Moves x to the best point of a lattice over the bounds that holds it: the objective has other
+ * minima far from the best, lobes much narrower than the measurements' spacing for one. */
+static hetab_status scan(search *s, double *x) {
+  static const size_t across[HETAB_FIT_MOST_FREE] = {12, 7, 5};
+  size_t n = s->problem->free_count, side = across[n - 1], count = 1;
+  double at[HETAB_FIT_MOST_FREE], best[HETAB_FIT_MOST_FREE], least = HUGE_VAL;
+  for (size_t f = 0; f < n; f++)
+    count *= side;
+  for (size_t i = 0; i < count && s->status == HETAB_OK; i++) {
+    for (size_t f = 0, rest = i; f < n; f++, rest /= side) {
+      at[f] = x[f] + (double)(rest % side) / (double)side;
+      at[f] -= at[f] > 1;
+    }
+    evaluate_at(s, at);
+    double value = constraint_of(&s->at) > 0 && s->problem->constrained
+                       ? BROKEN + constraint_of(&s->at)
+                       : objective_of(&s->at);
+    if (value < least) {
+      least = value;
+      memcpy(best, at, sizeof best);
+    }
+  }
+  memcpy(x, best, n * sizeof *x);
+  return s->status;
+}
+
 /* ends[start_count]: the best feasible state of each run. */
 static hetab_status run_starts(search *s, hetab_fit *fit, hetab_fit_state *ends) {
   hetab_fit_problem *p = s->problem;
@@ -165,6 +192,7 @@ static hetab_status run_starts(search *s, hetab_fit *fit, hetab_fit_state *ends)
       x[f] = i == 0 && have_given ? given[f] : random_unit(&seed);
     fit->starts[i] = (hetab_fit_start){0};
     record(p, x, fit->starts[i].start);
+    HETAB_TRY(scan(s, x));
     HETAB_TRY(run(s, NLOPT_LN_COBYLA, tolerance, COARSE_EVALUATIONS, x));
     hetab_fit_state_copy(p, &s->best, &ends[i]);
     fit->starts[i].feasible = hetab_fit_feasible(&ends[i]);
@@ -271,6 +299,9 @@ hetab_status hetab_fit_search(hetab_fit_problem *problem, hetab_fit_state *best,
   hetab_status status;
   double given[HETAB_FIT_MOST_FREE];
   fit->start_count = problem->options.starts + (size_t)given_start(problem, given);
+  fit->starts = hetab_alloc(problem->ctx, fit->start_count, sizeof *fit->starts);
+  if (!fit->starts)
+    return HETAB_ERR_MEMORY;
   HETAB_GOTO(hetab_fit_state_create(problem, &s.at));
   HETAB_GOTO(hetab_fit_state_create(problem, &s.best));
   HETAB_GOTO(hetab_fit_state_create(problem, &s.least));
