@@ -14,5 +14,6 @@
 #include <hetab/audit.h>
 #include <hetab/measurements.h>
 #include <hetab/fit.h>
+#include <hetab/predict.h>
 #include <hetab/bench.h>
 #endif
