@@ -13,8 +13,9 @@
  *
  * Method. At given roughness and index the diffuse part is the only linear unknown: its best value
  * within its bounds and the constraint is found exactly (variable projection), so that at most
- * three unknowns are left for NLopt: COBYLA from each start, then SLSQP with central differences
- * from the distinct ends. Search variables are logarithms.
+ * three unknowns are left. From each start: the best point of a lattice through it over the bounds,
+ * then NLopt's COBYLA; from the distinct ends NLopt's SLSQP with central differences. The search
+ * variables are logarithms.
  *
  * Constraint. rho_dh(theta_i, lambda) <= bound at every incidence and wavelength used, within 1e-5:
  * the model alone, without a diffuse part, exceeds the reflectance of polished aluminium by up to
@@ -92,7 +93,7 @@ typedef struct hetab_fit_options {
 
   hetab_fit_weights weights;
   hetab_fit_constraint constraint;
-  size_t starts; /* random starts within the bounds, beside the given one; 0: 8 */
+  size_t starts; /* random starts within the bounds, beside the given one; 0: 4 */
   unsigned long long seed;
   int derivative_free;    /* COBYLA alone, to its tolerance, without SLSQP */
   size_t max_evaluations; /* of the objective, in all; 0: 20000 */
@@ -129,7 +130,7 @@ typedef struct hetab_fit_estimate {
   hetab_fit_end end;
   int undetermined; /* the data do not fix it: the interval spans more than a factor of 2.7 (a:
                      * more than 0.5) or the curvature is singular */
-  double wanted;    /* DIFFUSE: the best value without bounds and constraint, at this roughness */
+  double wanted;    /* the value of the best fit without the constraint */
 } hetab_fit_estimate;
 
 /* One incidence, or 5 degrees of them where there are more than 40. */
@@ -157,7 +158,7 @@ typedef struct hetab_fit_start {
 } hetab_fit_start;
 
 typedef struct hetab_fit {
-  /* Roughness (3), index n (if the index is constant), then the diffuse part: one or [bands]. */
+  /* Slope, sigma0, tau, n if it is free, then the diffuse part: one or [bands]. */
   hetab_fit_estimate *estimates;
   size_t estimate_count;
   double sigma0_um, tau_um, slope;

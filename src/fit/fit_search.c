@@ -1,0 +1,314 @@
+/* From many starts to one answer. */
+#include "fit/fit_internal.h"
+
+#include <math.h>
+#include <nlopt.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* In x, which runs from 0 to 1 between the logarithms of the bounds. */
+static const double FIRST_STEP = 0.05, COARSE = 1e-3, FINE = 1e-8, SAME_END = 1e-2;
+static const double SAME_ANSWER = 1e-4;
+/* E^2 below this is as good as 0: its logarithm is what is minimised. */
+static const double LEAST_Q = 1e-10;
+static const double BROKEN = 1e3; /* of a scan: above every objective */
+enum { COARSE_EVALUATIONS = 300, FINE_EVALUATIONS = 2000, MOST_POLISHED = 4 };
+
+typedef struct search {
+  hetab_fit_problem *problem;
+  nlopt_opt optimizer;
+  hetab_status status;
+  hetab_fit_state at;    /* the last evaluation */
+  hetab_fit_state best;  /* feasible, of the current run */
+  hetab_fit_state least; /* the nearest to feasible, of all */
+  double derivative_step;
+} search;
+
+/* ---- evaluations ------------------------------------------------------------------------------
+ */
+
+static int is_better(const hetab_fit_state *a, const hetab_fit_state *b) {
+  return hetab_fit_feasible(a) && (a->q < b->q || !hetab_fit_feasible(b));
+}
+
+static void evaluate_at(search *s, const double *x) {
+  hetab_fit_problem *p = s->problem;
+  if (s->status != HETAB_OK || memcmp(x, s->at.x, p->free_count * sizeof *x) == 0)
+    return;
+  memcpy(s->at.x, x, p->free_count * sizeof *x);
+  s->status = hetab_fit_evaluate(p, &s->at);
+  if (s->status == HETAB_OK)
+    s->status = hetab_progress(
+        p->ctx, (double)p->evaluations,
+        (double)fmax((double)p->options.max_evaluations, (double)p->evaluations + 1));
+  if (s->optimizer && (s->status != HETAB_OK || p->evaluations >= p->options.max_evaluations))
+    nlopt_force_stop(s->optimizer);
+  if (s->status != HETAB_OK)
+    return;
+  if (is_better(&s->at, &s->best))
+    hetab_fit_state_copy(p, &s->at, &s->best);
+  if (s->at.spare > s->least.spare)
+    hetab_fit_state_copy(p, &s->at, &s->least);
+}
+
+static double objective_of(const hetab_fit_state *state) {
+  return log(state->q + LEAST_Q);
+}
+
+/* Positive where the constraint is broken. */
+static double constraint_of(const hetab_fit_state *state) {
+  return -0.5 * HETAB_FIT_SLACK - state->spare;
+}
+
+typedef double (*value_of)(const hetab_fit_state *state);
+
+/* Central differences, one-sided at the bounds. */
+static double value_and_gradient(search *s, value_of value, const double *x, double *gradient) {
+  double moved[HETAB_FIT_MOST_FREE];
+  size_t n = s->problem->free_count;
+  memcpy(moved, x, n * sizeof *x);
+  for (size_t f = 0; gradient && f < n; f++) {
+    double above = fmin(x[f] + s->derivative_step, 1), below = fmax(x[f] - s->derivative_step, 0);
+    moved[f] = above;
+    evaluate_at(s, moved);
+    gradient[f] = value(&s->at);
+    moved[f] = below;
+    evaluate_at(s, moved);
+    gradient[f] = (gradient[f] - value(&s->at)) / (above - below);
+    moved[f] = x[f];
+  }
+  evaluate_at(s, x);
+  return value(&s->at);
+}
+
+static double nlopt_objective(unsigned n, const double *x, double *gradient, void *user) {
+  return value_and_gradient(user, objective_of, x, gradient);
+}
+
+static double nlopt_constraint(unsigned n, const double *x, double *gradient, void *user) {
+  return value_and_gradient(user, constraint_of, x, gradient);
+}
+
+/* ---- one run ----------------------------------------------------------------------------------
+ */
+
+/* From x to the best feasible point that the run meets, in s->best; x moves to where it ended. */
+static hetab_status run(search *s, nlopt_algorithm algorithm, double tolerance, int evaluations,
+                        double *x) {
+  unsigned n = (unsigned)s->problem->free_count;
+  double error;
+  s->optimizer = nlopt_create(algorithm, n);
+  if (!s->optimizer)
+    return hetab_fail(s->problem->ctx, HETAB_ERR_MEMORY, "out of memory for the optimiser");
+  nlopt_set_lower_bounds1(s->optimizer, 0);
+  nlopt_set_upper_bounds1(s->optimizer, 1);
+  nlopt_set_min_objective(s->optimizer, nlopt_objective, s);
+  if (s->problem->constrained)
+    nlopt_add_inequality_constraint(s->optimizer, nlopt_constraint, s, 0);
+  nlopt_set_xtol_abs1(s->optimizer, tolerance);
+  nlopt_set_maxeval(s->optimizer, evaluations);
+  nlopt_set_initial_step1(s->optimizer, FIRST_STEP);
+  s->best.q = HUGE_VAL;
+  s->best.spare = -HUGE_VAL;
+  s->at.x[0] = NAN;
+  nlopt_optimize(s->optimizer, x, &error); /* what it says is in s->best and the evaluations left */
+  nlopt_destroy(s->optimizer);
+  s->optimizer = NULL;
+  return s->status;
+}
+
+/* ---- starts -----------------------------------------------------------------------------------
+ */
+
+/* SplitMix64. */
+static double random_unit(unsigned long long *state) {
+  unsigned long long z = (*state += 0x9e3779b97f4a7c15u);
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+  return (double)((z ^ (z >> 31)) >> 11) * 0x1p-53;
+}
+
+/* The given start, if all that is free has one. */
+static int given_start(const hetab_fit_problem *p, double *x) {
+  for (size_t f = 0; f < p->free_count; f++) {
+    const hetab_fit_parameter *o = &p->options.parameters[p->free[f]];
+    if (!(o->value > 0))
+      return 0;
+    x[f] = fmin(fmax(log(o->value / o->low) / log(o->high / o->low), 0), 1);
+  }
+  return 1;
+}
+
+static void record(const hetab_fit_problem *p, const double *x, double *values) {
+  double all[HETAB_FIT_QUANTITIES];
+  hetab_fit_values_at(p, x, all);
+  for (size_t f = 0; f < p->free_count; f++)
+    values[p->free[f]] = all[p->free[f]];
+}
+
+static int near(const hetab_fit_problem *p, const double *a, const double *b, double tolerance) {
+  for (size_t f = 0; f < p->free_count; f++)
+    if (!(fabs(a[f] - b[f]) <= tolerance))
+      return 0;
+  return 1;
+}
+
+/* Moves x to the best point of a lattice over the bounds that holds it: the objective has other
+ * minima far from the best, lobes much narrower than the measurements' spacing for one. */
+static hetab_status scan(search *s, double *x) {
+  static const size_t across[HETAB_FIT_MOST_FREE] = {12, 7, 5};
+  size_t n = s->problem->free_count, side = across[n - 1], count = 1;
+  double at[HETAB_FIT_MOST_FREE], best[HETAB_FIT_MOST_FREE], least = HUGE_VAL;
+  for (size_t f = 0; f < n; f++)
+    count *= side;
+  for (size_t i = 0; i < count && s->status == HETAB_OK; i++) {
+    for (size_t f = 0, rest = i; f < n; f++, rest /= side) {
+      at[f] = x[f] + (double)(rest % side) / (double)side;
+      at[f] -= at[f] > 1;
+    }
+    evaluate_at(s, at);
+    double value = constraint_of(&s->at) > 0 && s->problem->constrained
+                       ? BROKEN + constraint_of(&s->at)
+                       : objective_of(&s->at);
+    if (value < least) {
+      least = value;
+      memcpy(best, at, sizeof best);
+    }
+  }
+  memcpy(x, best, n * sizeof *x);
+  return s->status;
+}
+
+/* ends[start_count]: the best feasible state of each run. */
+static hetab_status run_starts(search *s, hetab_fit *fit, hetab_fit_state *ends) {
+  hetab_fit_problem *p = s->problem;
+  unsigned long long seed = p->options.seed;
+  double given[HETAB_FIT_MOST_FREE];
+  int have_given = given_start(p, given);
+  double tolerance = p->options.derivative_free ? FINE : COARSE;
+  for (size_t i = 0; i < fit->start_count; i++) {
+    double x[HETAB_FIT_MOST_FREE];
+    for (size_t f = 0; f < p->free_count; f++)
+      x[f] = i == 0 && have_given ? given[f] : random_unit(&seed);
+    fit->starts[i] = (hetab_fit_start){0};
+    record(p, x, fit->starts[i].start);
+    HETAB_TRY(scan(s, x));
+    HETAB_TRY(run(s, NLOPT_LN_COBYLA, tolerance, COARSE_EVALUATIONS, x));
+    hetab_fit_state_copy(p, &s->best, &ends[i]);
+    fit->starts[i].feasible = hetab_fit_feasible(&ends[i]);
+  }
+  return HETAB_OK;
+}
+
+/* ---- the distinct ends, to the last digit ------------------------------------------------------
+ */
+
+/* The best end that is not near one of the polished; start_count: none. */
+static size_t next_end(const hetab_fit_problem *p, const hetab_fit_state *ends, size_t count,
+                       const unsigned char *done) {
+  size_t best = count;
+  for (size_t i = 0; i < count; i++)
+    if (!done[i] && hetab_fit_feasible(&ends[i]) && (best == count || ends[i].q < ends[best].q))
+      best = i;
+  return best;
+}
+
+/* Ends near `from` become the polished state. */
+static void share(const hetab_fit_problem *p, const double *from, const hetab_fit_state *polished,
+                  hetab_fit_state *ends, size_t count, unsigned char *done) {
+  for (size_t i = 0; i < count; i++)
+    if (!done[i] && hetab_fit_feasible(&ends[i]) && near(p, ends[i].x, from, SAME_END)) {
+      hetab_fit_state_copy(p, polished, &ends[i]);
+      done[i] = 1;
+    }
+}
+
+static hetab_status polish(search *s, hetab_fit_state *ends, size_t count) {
+  hetab_fit_problem *p = s->problem;
+  unsigned char *done = hetab_alloc(p->ctx, count, 1);
+  hetab_status status = done ? HETAB_OK : HETAB_ERR_MEMORY;
+  for (int n = 0; status == HETAB_OK && n < MOST_POLISHED; n++) {
+    size_t at = next_end(p, ends, count, done);
+    double from[HETAB_FIT_MOST_FREE], x[HETAB_FIT_MOST_FREE];
+    if (at == count)
+      break;
+    memcpy(from, ends[at].x, sizeof from);
+    memcpy(x, ends[at].x, sizeof x);
+    status = run(s, NLOPT_LD_SLSQP, FINE, FINE_EVALUATIONS, x);
+    if (status == HETAB_OK)
+      share(p, from, is_better(&s->best, &ends[at]) ? &s->best : &ends[at], ends, count, done);
+    done[at] = 1;
+  }
+  free(done);
+  return status;
+}
+
+/* ---- the whole --------------------------------------------------------------------------------
+ */
+
+static void choose(const search *s, const hetab_fit_state *ends, hetab_fit *fit,
+                   hetab_fit_state *best) {
+  const hetab_fit_problem *p = s->problem;
+  const hetab_fit_state *chosen = &s->least;
+  for (size_t i = 0; i < fit->start_count; i++)
+    if (is_better(&ends[i], chosen))
+      chosen = &ends[i];
+  hetab_fit_state_copy(p, chosen, best);
+  for (size_t i = 0; i < fit->start_count; i++) {
+    hetab_fit_start *start = &fit->starts[i];
+    start->error = start->feasible ? sqrt(ends[i].q) : (double)NAN;
+    if (!start->feasible)
+      continue;
+    record(p, ends[i].x, start->end);
+    start->best = near(p, ends[i].x, best->x, SAME_ANSWER);
+  }
+}
+
+/* Without unknowns but the diffuse part one evaluation says all. */
+static hetab_status evaluate_once(search *s, hetab_fit *fit, hetab_fit_state *best) {
+  fit->start_count = 0;
+  HETAB_TRY(hetab_fit_evaluate(s->problem, &s->at));
+  hetab_fit_state_copy(s->problem, &s->at, best);
+  return HETAB_OK;
+}
+
+static hetab_status search_all(search *s, hetab_fit *fit, hetab_fit_state *best) {
+  hetab_status status;
+  size_t count = fit->start_count, made = 0;
+  if (s->problem->free_count == 0)
+    return evaluate_once(s, fit, best);
+  hetab_fit_state *ends = hetab_alloc(s->problem->ctx, count, sizeof *ends);
+  if (!ends)
+    return HETAB_ERR_MEMORY;
+  for (; made < count; made++)
+    HETAB_GOTO(hetab_fit_state_create(s->problem, &ends[made]));
+  HETAB_GOTO(run_starts(s, fit, ends));
+  if (!s->problem->options.derivative_free)
+    HETAB_GOTO(polish(s, ends, count));
+  choose(s, ends, fit, best);
+done:
+  for (size_t i = 0; i < made; i++)
+    hetab_fit_state_clear(&ends[i]);
+  free(ends);
+  return status;
+}
+
+hetab_status hetab_fit_search(hetab_fit_problem *problem, hetab_fit_state *best, hetab_fit *fit) {
+  int exact = hetab_engine_precision(problem->model.engine) == HETAB_DOUBLE;
+  search s = {.problem = problem, .derivative_step = exact ? 1e-5 : 1e-3};
+  hetab_status status;
+  double given[HETAB_FIT_MOST_FREE];
+  fit->start_count = problem->options.starts + (size_t)given_start(problem, given);
+  fit->starts = hetab_alloc(problem->ctx, fit->start_count, sizeof *fit->starts);
+  if (!fit->starts)
+    return HETAB_ERR_MEMORY;
+  HETAB_GOTO(hetab_fit_state_create(problem, &s.at));
+  HETAB_GOTO(hetab_fit_state_create(problem, &s.best));
+  HETAB_GOTO(hetab_fit_state_create(problem, &s.least));
+  HETAB_GOTO(search_all(&s, fit, best));
+done:
+  hetab_fit_state_clear(&s.at);
+  hetab_fit_state_clear(&s.best);
+  hetab_fit_state_clear(&s.least);
+  return status;
+}
