@@ -11,7 +11,7 @@
 
 typedef struct request {
   const char *measurements, *free, *index, *wavelengths, *theta_i;
-  const char *surface, *csv, *points, *device;
+  const char *surface, *csv, *points, *html, *device;
   cli_list bounds;
   int weights, constraint, precision, per_wavelength, force, quiet, json;
   size_t seed;
@@ -87,12 +87,12 @@ static int check_request(const cli_command *self, request *r) {
     return status;
   if (!r->index)
     return cli_usage(self, "no --index given: name a metal, n=N or a file");
-  const char *outputs[] = {r->surface, r->csv, r->points};
-  for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 3; j++)
+  const char *outputs[] = {r->surface, r->csv, r->points, r->html};
+  for (int i = 0; i < 4; i++)
+    for (int j = 0; j < 4; j++)
       if (outputs[i] && outputs[j] && i < j && cli_same_file(outputs[i], outputs[j]))
         return cli_usage(self, "two outputs would be %s: give one another name", outputs[i]);
-  for (int i = 0; i < 3; i++)
+  for (int i = 0; i < 4; i++)
     if (outputs[i] && cli_same_file(outputs[i], r->measurements))
       return cli_usage(self, "%s is the input: choose another name", outputs[i]);
   if (r->per_wavelength && r->surface)
@@ -154,8 +154,8 @@ static int open_inputs(fit_job *job) {
   hetab_engine_options options = {.devices = r->device,
                                   .precision = r->precision ? HETAB_FLOAT : HETAB_DOUBLE,
                                   .method = HETAB_METHOD_SERIES};
-  const char *outputs[] = {r->surface, r->csv, r->points};
-  for (int i = 0; i < 3; i++)
+  const char *outputs[] = {r->surface, r->csv, r->points, r->html};
+  for (int i = 0; i < 4; i++)
     if (outputs[i] && !cli_output_allowed(job->ctx, outputs[i], r->force))
       return CLI_FAILURE;
   int status = open_index(job);
@@ -242,6 +242,19 @@ static int save_surface(const fit_job *job) {
   return status;
 }
 
+static int save_page(const fit_job *job) {
+  cli_text text;
+  if (!job->request->html)
+    return -1;
+  int status = cli_text_begin(&text);
+  if (status >= 0)
+    return status;
+  if (fit_html(job->ctx, text.stream, &job->report) == HETAB_OK)
+    return cli_text_save(&text, job->ctx, job->request->html, job->request->force);
+  cli_text_free(&text);
+  return cli_fail_context(job->ctx);
+}
+
 static int publish(const fit_job *job) {
   const request *r = job->request;
   int status = save(job, r->csv, fit_csv);
@@ -249,6 +262,8 @@ static int publish(const fit_job *job) {
     status = save(job, r->points, fit_points_csv);
   if (status < 0)
     status = save_surface(job);
+  if (status < 0)
+    status = save_page(job);
   if (status >= 0)
     return status;
   if (r->json)
@@ -338,6 +353,7 @@ static int parse(const cli_command *self, int argc, char **argv, request *r, int
        &r->surface, 0, 0},
       {CLI_TEXT, "csv", 0, "FILE", "write the estimates as CSV", &r->csv, 0, 0},
       {CLI_TEXT, "points", 0, "FILE", "write measured and fitted values as CSV", &r->points, 0, 0},
+      {CLI_TEXT, "html", 0, "FILE", "write FILE, a page with the plots", &r->html, 0, 0},
       {CLI_CHOICE, "precision", 0, "double|float", "arithmetic on the device (double)",
        &r->precision, 0, 0},
       {CLI_TEXT, "device", 0, "SEL", "number or part of the name of a device ('hetab devices')",
