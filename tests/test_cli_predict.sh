@@ -84,7 +84,7 @@ fi
 works "fit --html" fit "$data/synthetic.brdf" --index n=1.5 --tau 5 --html fit.html --quiet
 check "a section per wavelength" test "$(grep -c '<section><h2>' fit.html)" = 3
 check "measured points are drawn" test "$(grep -o '<circle cx' fit.html | wc -l)" -gt 60
-check "hemispheres side by side" test "$(grep -o '° fit, ' fit.html | wc -l)" = 9
+check "hemispheres side by side" test "$(grep -o 'caption>[0-9.]*° fit, ' fit.html | wc -l)" = 9
 check "it is XML inside" /usr/bin/python3 -c 'import re, xml.dom.minidom as d
 for s in re.findall(r"<figure>.*?</figure>", open("fit.html").read(), re.S): d.parseString(s)'
 refuses "fit: existing page" 1 "exists" fit "$data/synthetic.brdf" --index n=1.5 --tau 5 --html fit.html
