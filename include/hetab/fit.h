@@ -154,7 +154,8 @@ typedef struct hetab_fit_start {
   double start[HETAB_FIT_QUANTITIES - 1], end[HETAB_FIT_QUANTITIES - 1]; /* 0 where not free */
   double error;                                                          /* E at the end */
   int feasible;
-  int best; /* the same answer as the result's */
+  int best;  /* the same answer as the result's */
+  int probe; /* not a start, but another dip of the first one's lattice: is it as good? */
 } hetab_fit_start;
 
 typedef struct hetab_fit {

@@ -35,8 +35,8 @@ static json_t *start_json(const hetab_fit_start *s) {
     if (s->end[q] > 0)
       json_object_set_new(end, name, json_real(s->end[q]));
   }
-  return json_pack("{so so so sb sb}", "start", start, "end", end, "error", number(s->error),
-                   "feasible", s->feasible, "best", s->best);
+  return json_pack("{so so so sb sb sb}", "start", start, "end", end, "error", number(s->error),
+                   "feasible", s->feasible, "best", s->best, "probe", s->probe);
 }
 
 /* The unknowns' places in estimates, and the matrix. */

@@ -87,11 +87,13 @@ static void print_correlations(const hetab_fit *fit) {
 }
 
 static void print_starts(const hetab_fit *fit) {
-  size_t best = 0;
-  for (size_t i = 0; i < fit->start_count; i++)
-    best += (size_t)fit->starts[i].best;
-  if (fit->start_count)
-    printf("  %zu of %zu starts gave this answer\n", best, fit->start_count);
+  size_t best = 0, starts = 0;
+  for (size_t i = 0; i < fit->start_count; i++) {
+    starts += (size_t)!fit->starts[i].probe;
+    best += (size_t)(fit->starts[i].best && !fit->starts[i].probe);
+  }
+  if (starts)
+    printf("  %zu of %zu starts gave this answer\n", best, starts);
 }
 
 static void print_notes(const hetab_fit *fit) {

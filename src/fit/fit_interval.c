@@ -1,6 +1,6 @@
 /* How well the measurements determine the answer: curvature, correlation, bootstrap. Roughness and
  * index are unknowns by their logarithms, diffuse parts as they are. */
-#include "fit/fit_internal.h"
+#include "fit/fit_curvature.h"
 #include "fit/fit_matrix.h"
 
 #include <math.h>
@@ -9,30 +9,8 @@
 
 static const double EDGE = 1e-6;                  /* of x: nearer to 0 or 1 is on the bound */
 static const double WIDE = 1, WIDE_DIFFUSE = 0.5; /* half widths of what is not determined */
-enum { BOOTSTRAP_STEPS = 3 };
 
-/* What the intervals are computed from. */
-typedef struct curvature {
-  hetab_fit_problem *p;
-  const hetab_fit_state *best;
-  size_t moving;                       /* unknowns of roughness and index that are not on a bound */
-  size_t unknown[HETAB_FIT_MOST_FREE]; /* their places in problem->free */
-  double per_x[HETAB_FIT_MOST_FREE];   /* d ln(value) / dx of each */
-  double *dd;                          /* [values] f_dd at the best */
-  double *jacobian;                    /* [values][MOST_FREE] of f, with diffuse parts that the
-                                        * constraint holds */
-  double *room;                        /* [groups][MOST_FREE] derivative of state->room */
-  double spare[HETAB_FIT_MOST_FREE];   /* of state->spare */
-  int held;                            /* the constraint holds the roughness itself */
-
-  size_t size;    /* unknowns in all, diffuse parts after the others */
-  size_t *column; /* [groups] of the diffuse parts; size: not an unknown */
-  double *normal, *inverse, *meat, *covariance, *scratch; /* [size][size] */
-  double *score;                                          /* [size] */
-  unsigned char *singular;                                /* [size] */
-} curvature;
-
-static void clear(curvature *c) {
+static void clear(hetab_fit_curvature *c) {
   free(c->dd);
   free(c->jacobian);
   free(c->room);
@@ -46,7 +24,7 @@ static void clear(curvature *c) {
   free(c->singular);
 }
 
-static hetab_status allocate(curvature *c) {
+static hetab_status allocate(hetab_fit_curvature *c) {
   hetab_context *ctx = c->p->ctx;
   size_t values = c->p->data.count * c->p->data.bands, groups = c->p->groups;
   size_t most = groups + HETAB_FIT_MOST_FREE, square = most * most;
@@ -70,7 +48,7 @@ static hetab_status allocate(curvature *c) {
 /* ---- derivatives ------------------------------------------------------------------------------
  */
 
-static void choose_unknowns(curvature *c) {
+static void choose_unknowns(hetab_fit_curvature *c) {
   for (size_t f = 0; f < c->p->free_count; f++) {
     const hetab_fit_parameter *o = &c->p->options.parameters[c->p->free[f]];
     if (c->best->x[f] < EDGE || c->best->x[f] > 1 - EDGE)
@@ -81,8 +59,8 @@ static void choose_unknowns(curvature *c) {
 }
 
 /* sign = 1 stores what the step has changed, -1 takes the opposite step's from it. */
-static void add_difference(curvature *c, size_t m, const hetab_fit_state *state, double sign,
-                           double width) {
+static void add_difference(hetab_fit_curvature *c, size_t m, const hetab_fit_state *state,
+                           double sign, double width) {
   size_t values = c->p->data.count * c->p->data.bands;
   for (size_t i = 0; i < values; i++)
     c->jacobian[i * HETAB_FIT_MOST_FREE + m] += sign * c->p->dd[i] / width;
@@ -92,7 +70,7 @@ static void add_difference(curvature *c, size_t m, const hetab_fit_state *state,
     c->spare[m] += sign * state->spare / width;
 }
 
-static hetab_status differentiate(curvature *c, hetab_fit_state *state) {
+static hetab_status differentiate(hetab_fit_curvature *c, hetab_fit_state *state) {
   int exact = hetab_engine_precision(c->p->model.engine) == HETAB_DOUBLE;
   double step = exact ? 1e-4 : 3e-3;
   for (size_t m = 0; m < c->moving; m++)
@@ -109,7 +87,7 @@ static hetab_status differentiate(curvature *c, hetab_fit_state *state) {
 }
 
 /* A diffuse part that the constraint holds moves with the roughness. */
-static void add_held_diffuse(curvature *c) {
+static void add_held_diffuse(hetab_fit_curvature *c) {
   size_t bands = c->p->data.bands;
   for (size_t i = 0; i < c->p->data.count * bands; i++) {
     size_t g = hetab_fit_group(c->p, i % bands);
@@ -121,8 +99,7 @@ static void add_held_diffuse(curvature *c) {
 /* ---- sums -------------------------------------------------------------------------------------
  */
 
-/* Diffuse parts that are unknowns at a state. */
-static void number_columns(curvature *c, const hetab_fit_state *state) {
+void hetab_fit_number_columns(hetab_fit_curvature *c, const hetab_fit_state *state) {
   size_t most = HETAB_FIT_MOST_FREE + c->p->groups;
   c->size = c->moving;
   for (size_t g = 0; g < c->p->groups; g++)
@@ -130,7 +107,8 @@ static void number_columns(curvature *c, const hetab_fit_state *state) {
 }
 
 /* The entries of a value's row: columns[n] and derivatives[n] of its residual. */
-static size_t row_of(const curvature *c, size_t i, double slope, size_t *columns, double *row) {
+static size_t row_of(const hetab_fit_curvature *c, size_t i, double slope, size_t *columns,
+                     double *row) {
   size_t n = 0, column = c->column[hetab_fit_group(c->p, i % c->p->data.bands)];
   for (size_t m = 0; m < c->moving; m++) {
     columns[n] = m;
@@ -143,14 +121,14 @@ static size_t row_of(const curvature *c, size_t i, double slope, size_t *columns
   return n;
 }
 
-static double residual_at(const curvature *c, const hetab_fit_state *state, size_t i,
+static double residual_at(const hetab_fit_curvature *c, const hetab_fit_state *state, size_t i,
                           double *slope) {
   double a = state->diffuse[hetab_fit_group(c->p, i % c->p->data.bands)];
   return hetab_fit_residual(c->p, i, c->p->dd[i] + a / M_PI, slope);
 }
 
-/* The normal matrix and the gradient, c->score, for problem->dd and the state. */
-static void add_normal(curvature *c, const hetab_fit_state *state, const unsigned *times) {
+void hetab_fit_add_normal(hetab_fit_curvature *c, const hetab_fit_state *state,
+                          const unsigned *times) {
   size_t columns[HETAB_FIT_MOST_FREE + 1], bands = c->p->data.bands;
   double row[HETAB_FIT_MOST_FREE + 1], slope;
   memset(c->normal, 0, c->size * c->size * sizeof *c->normal);
@@ -169,8 +147,7 @@ static void add_normal(curvature *c, const hetab_fit_state *state, const unsigne
   }
 }
 
-/* The normal matrix's inverse, less the direction in which the constraint holds. */
-static void invert(curvature *c) {
+void hetab_fit_invert(hetab_fit_curvature *c) {
   double *direction = &c->scratch[c->size];
   hetab_matrix_invert(c->size, c->normal, c->scratch, c->inverse, c->singular);
   if (!c->held || c->size < 2) {
@@ -184,7 +161,7 @@ static void invert(curvature *c) {
 }
 
 /* One pair's share of the score, its residuals enlarged by 1 / (1 - leverage). */
-static void pair_score(curvature *c, size_t pair) {
+static void pair_score(hetab_fit_curvature *c, size_t pair) {
   size_t columns[HETAB_FIT_MOST_FREE + 1], bands = c->p->data.bands;
   double row[HETAB_FIT_MOST_FREE + 1], slope;
   memset(c->score, 0, c->size * sizeof *c->score);
@@ -202,10 +179,10 @@ static void pair_score(curvature *c, size_t pair) {
   }
 }
 
-static void find_covariance(curvature *c) {
-  number_columns(c, c->best);
-  add_normal(c, c->best, NULL);
-  invert(c);
+static void find_covariance(hetab_fit_curvature *c) {
+  hetab_fit_number_columns(c, c->best);
+  hetab_fit_add_normal(c, c->best, NULL);
+  hetab_fit_invert(c);
   memset(c->meat, 0, c->size * c->size * sizeof *c->meat);
   for (size_t pair = 0; pair < c->p->data.count; pair++) {
     pair_score(c, pair);
@@ -220,7 +197,7 @@ static void find_covariance(curvature *c) {
  */
 
 /* d ln(quantity) / d ln(unknown m). */
-static double follows(const curvature *c, hetab_fit_quantity quantity, size_t m) {
+static double follows(const hetab_fit_curvature *c, hetab_fit_quantity quantity, size_t m) {
   static const double of[3][3] = {/* slope, sigma0, tau from slope, sigma0, tau */
                                   {0, 1, -1},
                                   {1, 0, 1},
@@ -234,14 +211,14 @@ static double follows(const curvature *c, hetab_fit_quantity quantity, size_t m)
   return of[quantity][from];
 }
 
-static int is_singular(const curvature *c, hetab_fit_quantity quantity) {
+static int is_singular(const hetab_fit_curvature *c, hetab_fit_quantity quantity) {
   for (size_t m = 0; m < c->moving; m++)
     if (c->singular[m] && follows(c, quantity, m) != 0)
       return 1;
   return 0;
 }
 
-static double log_error(const curvature *c, hetab_fit_quantity quantity) {
+static double log_error(const hetab_fit_curvature *c, hetab_fit_quantity quantity) {
   double variance = 0;
   for (size_t a = 0; a < c->moving; a++)
     for (size_t b = 0; b < c->moving; b++)
@@ -250,7 +227,7 @@ static double log_error(const curvature *c, hetab_fit_quantity quantity) {
   return sqrt(fmax(variance, 0));
 }
 
-static hetab_fit_end end_of(const curvature *c, hetab_fit_quantity quantity) {
+static hetab_fit_end end_of(const hetab_fit_curvature *c, hetab_fit_quantity quantity) {
   for (size_t f = 0; f < c->p->free_count; f++)
     if (c->p->free[f] == quantity)
       return c->best->x[f] < EDGE        ? HETAB_FIT_END_LOW
@@ -260,7 +237,7 @@ static hetab_fit_end end_of(const curvature *c, hetab_fit_quantity quantity) {
   return HETAB_FIT_END_FIXED;
 }
 
-static void estimate_quantity(const curvature *c, double t, hetab_fit_quantity quantity,
+static void estimate_quantity(const hetab_fit_curvature *c, double t, hetab_fit_quantity quantity,
                               hetab_fit_estimate *e) {
   const hetab_fit_parameter *o = &c->p->options.parameters[quantity];
   double error = t * log_error(c, quantity);
@@ -275,7 +252,7 @@ static void estimate_quantity(const curvature *c, double t, hetab_fit_quantity q
   }
 }
 
-static double diffuse_error(const curvature *c, size_t g) {
+static double diffuse_error(const hetab_fit_curvature *c, size_t g) {
   double variance = 0;
   size_t column = c->column[g];
   if (column < c->size)
@@ -287,7 +264,8 @@ static double diffuse_error(const curvature *c, size_t g) {
   return sqrt(fmax(variance, 0));
 }
 
-static void estimate_diffuse(const curvature *c, double t, size_t g, hetab_fit_estimate *e) {
+static void estimate_diffuse(const hetab_fit_curvature *c, double t, size_t g,
+                             hetab_fit_estimate *e) {
   double error = t * diffuse_error(c, g);
   *e = (hetab_fit_estimate){.quantity = HETAB_FIT_DIFFUSE, .value = c->best->diffuse[g]};
   e->lambda_um = c->p->groups == 1 ? 0 : c->p->data.lambda_um[g];
@@ -298,11 +276,11 @@ static void estimate_diffuse(const curvature *c, double t, size_t g, hetab_fit_e
 }
 
 /* Degrees of freedom: residuals of one pair are not independent. */
-static double freedom(const curvature *c) {
+static double freedom(const hetab_fit_curvature *c) {
   return (double)c->p->data.count - (double)c->moving - 1;
 }
 
-static void fill_estimates(const curvature *c, hetab_fit *fit) {
+static void fill_estimates(const hetab_fit_curvature *c, hetab_fit *fit) {
   double t = hetab_student_95(freedom(c));
   size_t n = 0;
   for (int q = HETAB_FIT_SLOPE; q <= HETAB_FIT_TAU; q++)
@@ -319,7 +297,7 @@ static void fill_estimates(const curvature *c, hetab_fit *fit) {
 /* ---- correlation ------------------------------------------------------------------------------
  */
 
-static size_t place_of(const curvature *c, size_t column) {
+static size_t place_of(const hetab_fit_curvature *c, size_t column) {
   size_t first = 3 + (size_t)(c->p->options.parameters[HETAB_FIT_N].free != 0);
   if (column < c->moving)
     return (size_t)c->p->free[c->unknown[column]];
@@ -329,7 +307,7 @@ static size_t place_of(const curvature *c, size_t column) {
   return 0;
 }
 
-static hetab_status fill_correlation(const curvature *c, hetab_fit *fit) {
+static hetab_status fill_correlation(const hetab_fit_curvature *c, hetab_fit *fit) {
   size_t n = c->size;
   fit->free_count = n;
   fit->free_estimates = hetab_alloc(c->p->ctx, n, sizeof *fit->free_estimates);
@@ -346,126 +324,12 @@ static hetab_status fill_correlation(const curvature *c, hetab_fit *fit) {
   return HETAB_OK;
 }
 
-/* ---- bootstrap --------------------------------------------------------------------------------
- */
-
-typedef struct resampling {
-  curvature *c;
-  hetab_fit_state state;
-  unsigned *times; /* [pairs] */
-  double *values;  /* [estimate][sample] */
-  size_t samples;
-  unsigned long long random;
-} resampling;
-
-static void draw(resampling *r) {
-  size_t count = r->c->p->data.count;
-  memset(r->times, 0, count * sizeof *r->times);
-  for (size_t i = 0; i < count; i++) {
-    r->random = r->random * 6364136223846793005u + 1442695040888963407u;
-    r->times[(size_t)((double)(r->random >> 11) * 0x1p-53 * (double)count)]++;
-  }
-}
-
-/* The constraint's room, linear about the best. */
-static void move_room(resampling *r) {
-  const curvature *c = r->c;
-  for (size_t g = 0; g < c->p->groups; g++) {
-    r->state.room[g] = c->best->room[g];
-    for (size_t m = 0; m < c->moving && c->p->constrained; m++) {
-      size_t f = c->unknown[m];
-      r->state.room[g] +=
-          c->room[g * HETAB_FIT_MOST_FREE + m] * c->per_x[m] * (r->state.x[f] - c->best->x[f]);
-    }
-  }
-}
-
-/* A Gauss-Newton step with the Jacobian of the best. */
-static void step(resampling *r) {
-  curvature *c = r->c;
-  number_columns(c, &r->state);
-  add_normal(c, &r->state, r->times);
-  invert(c);
-  for (size_t m = 0; m < c->moving; m++) {
-    double change = 0;
-    for (size_t k = 0; k < c->size; k++)
-      change -= c->inverse[m * c->size + k] * c->score[k];
-    double *x = &r->state.x[c->unknown[m]];
-    *x = fmin(fmax(*x + fmin(fmax(change, -0.5), 0.5) / c->per_x[m], 0), 1);
-  }
-}
-
-static hetab_status resample(resampling *r, size_t sample) {
-  hetab_fit_problem *p = r->c->p;
-  size_t n = 0;
-  draw(r);
-  hetab_fit_state_copy(p, r->c->best, &r->state);
-  memcpy(p->dd, r->c->dd, p->data.count * p->data.bands * sizeof *p->dd);
-  for (int k = 0; k <= BOOTSTRAP_STEPS; k++) {
-    if (k > 0) {
-      hetab_fit_values_at(p, r->state.x, r->state.value);
-      hetab_fit_model_set(&p->model, r->state.value[HETAB_FIT_SIGMA0],
-                          r->state.value[HETAB_FIT_TAU], r->state.value[HETAB_FIT_N]);
-      HETAB_TRY(hetab_fit_model_dd(p->ctx, &p->model, p->data.pairs, p->data.count, p->dd));
-    }
-    move_room(r);
-    hetab_fit_solve_diffuse(p, r->times, &r->state);
-    if (k < BOOTSTRAP_STEPS && r->c->moving > 0)
-      step(r);
-    else
-      break;
-  }
-  for (int q = HETAB_FIT_SLOPE; q <= HETAB_FIT_TAU; q++)
-    r->values[n++ * r->samples + sample] = r->state.value[q];
-  if (p->options.parameters[HETAB_FIT_N].free)
-    r->values[n++ * r->samples + sample] = r->state.value[HETAB_FIT_N];
-  for (size_t g = 0; g < p->groups; g++)
-    r->values[n++ * r->samples + sample] = r->state.diffuse[g];
-  return hetab_progress(p->ctx, (double)(sample + 1), (double)r->samples);
-}
-
-static int ascending(const void *a, const void *b) {
-  const double *x = a, *y = b;
-  return (*x > *y) - (*x < *y);
-}
-
-static double quantile(const double *sorted, size_t count, double part) {
-  double at = part * (double)(count - 1);
-  size_t below = (size_t)at;
-  double over = at - (double)below;
-  return below + 1 < count ? (1 - over) * sorted[below] + over * sorted[below + 1] : sorted[below];
-}
-
-static hetab_status bootstrap(curvature *c, hetab_fit *fit) {
-  hetab_fit_problem *p = c->p;
-  resampling r = {.c = c, .samples = p->options.bootstrap, .random = p->options.seed ^ 0x5bd1e995};
-  hetab_status status;
-  HETAB_GOTO(hetab_fit_state_create(p, &r.state));
-  r.times = hetab_alloc(p->ctx, p->data.count, sizeof *r.times);
-  r.values = hetab_alloc(p->ctx, fit->estimate_count, r.samples * sizeof *r.values);
-  HETAB_GOTO(r.times && r.values ? HETAB_OK : HETAB_ERR_MEMORY);
-  for (size_t s = 0; s < r.samples; s++)
-    HETAB_GOTO(resample(&r, s));
-  for (size_t e = 0; e < fit->estimate_count; e++) {
-    double *values = &r.values[e * r.samples];
-    qsort(values, r.samples, sizeof *values, ascending);
-    fit->estimates[e].bootstrap_low = quantile(values, r.samples, 0.025);
-    fit->estimates[e].bootstrap_high = quantile(values, r.samples, 0.975);
-  }
-  fit->bootstrap_count = r.samples;
-done:
-  hetab_fit_state_clear(&r.state);
-  free(r.times);
-  free(r.values);
-  return status;
-}
-
 /* ---- the whole --------------------------------------------------------------------------------
  */
 
 hetab_status hetab_fit_intervals(hetab_fit_problem *problem, const hetab_fit_state *best,
                                  hetab_fit *fit) {
-  curvature c = {.p = problem, .best = best};
+  hetab_fit_curvature c = {.p = problem, .best = best};
   hetab_fit_state state = {0};
   hetab_status status;
   HETAB_GOTO(allocate(&c));
@@ -478,7 +342,7 @@ hetab_status hetab_fit_intervals(hetab_fit_problem *problem, const hetab_fit_sta
   fill_estimates(&c, fit);
   HETAB_GOTO(fill_correlation(&c, fit));
   if (problem->options.bootstrap)
-    HETAB_GOTO(bootstrap(&c, fit));
+    HETAB_GOTO(hetab_fit_bootstrap(&c, fit));
 done:
   hetab_fit_state_clear(&state);
   clear(&c);

@@ -13,6 +13,7 @@ static const double SAME_ANSWER = 1e-4;
 static const double LEAST_Q = 1e-10;
 static const double BROKEN = 1e3; /* of a scan: above every objective */
 enum { COARSE_EVALUATIONS = 300, FINE_EVALUATIONS = 2000, MOST_POLISHED = 4 };
+enum { MOST_LATTICE = 144, MOST_PROBES = 3 };
 
 typedef struct search {
   hetab_fit_problem *problem;
@@ -22,6 +23,7 @@ typedef struct search {
   hetab_fit_state best;  /* feasible, of the current run */
   hetab_fit_state least; /* the nearest to feasible, of all */
   double derivative_step;
+  size_t starts;
 } search;
 
 /* ---- evaluations ------------------------------------------------------------------------------
@@ -31,6 +33,14 @@ static int is_better(const hetab_fit_state *a, const hetab_fit_state *b) {
   return hetab_fit_feasible(a) && (a->q < b->q || !hetab_fit_feasible(b));
 }
 
+/* How many evaluations there will be in all, about. */
+static double expected(const search *s) {
+  static const double lattices[HETAB_FIT_MOST_FREE] = {12, 49, 125};
+  double each = lattices[s->problem->free_count - 1] + 20 * (double)s->problem->free_count;
+  double all = (double)(s->starts + MOST_PROBES) * each * (s->problem->constrained ? 2 : 1) + 50;
+  return fmax(all, (double)s->problem->evaluations + 1);
+}
+
 static void evaluate_at(search *s, const double *x) {
   hetab_fit_problem *p = s->problem;
   if (s->status != HETAB_OK || memcmp(x, s->at.x, p->free_count * sizeof *x) == 0)
@@ -38,9 +48,7 @@ static void evaluate_at(search *s, const double *x) {
   memcpy(s->at.x, x, p->free_count * sizeof *x);
   s->status = hetab_fit_evaluate(p, &s->at);
   if (s->status == HETAB_OK)
-    s->status = hetab_progress(
-        p->ctx, (double)p->evaluations,
-        (double)fmax((double)p->options.max_evaluations, (double)p->evaluations + 1));
+    s->status = hetab_progress(p->ctx, (double)p->evaluations, expected(s));
   if (s->optimizer && (s->status != HETAB_OK || p->evaluations >= p->options.max_evaluations))
     nlopt_force_stop(s->optimizer);
   if (s->status != HETAB_OK)
@@ -153,30 +161,92 @@ static int near(const hetab_fit_problem *p, const double *a, const double *b, do
   return 1;
 }
 
-/* Moves x to the best point of a lattice over the bounds that holds it: the objective has other
- * minima far from the best, lobes much narrower than the measurements' spacing for one. */
-static hetab_status scan(search *s, double *x) {
+/* ---- lattices ---------------------------------------------------------------------------------
+ */
+
+/* A lattice over the bounds that holds a start: the objective has other minima far from the best,
+ * lobes much narrower than the measurements' spacing for one. */
+typedef struct lattice {
+  size_t side, count;
+  double base[HETAB_FIT_MOST_FREE];
+  double values[MOST_LATTICE];
+} lattice;
+
+static lattice lattice_through(const hetab_fit_problem *p, const double *x) {
   static const size_t across[HETAB_FIT_MOST_FREE] = {12, 7, 5};
-  size_t n = s->problem->free_count, side = across[n - 1], count = 1;
-  double at[HETAB_FIT_MOST_FREE], best[HETAB_FIT_MOST_FREE], least = HUGE_VAL;
-  for (size_t f = 0; f < n; f++)
-    count *= side;
-  for (size_t i = 0; i < count && s->status == HETAB_OK; i++) {
-    for (size_t f = 0, rest = i; f < n; f++, rest /= side) {
-      at[f] = x[f] + (double)(rest % side) / (double)side;
-      at[f] -= at[f] > 1;
-    }
-    evaluate_at(s, at);
-    double value = constraint_of(&s->at) > 0 && s->problem->constrained
-                       ? BROKEN + constraint_of(&s->at)
-                       : objective_of(&s->at);
-    if (value < least) {
-      least = value;
-      memcpy(best, at, sizeof best);
-    }
+  lattice l = {.side = across[p->free_count - 1], .count = 1};
+  for (size_t f = 0; f < p->free_count; f++) {
+    l.base[f] = fmod(x[f], 1.0 / (double)l.side);
+    l.count *= l.side;
   }
-  memcpy(x, best, n * sizeof *x);
+  return l;
+}
+
+static void lattice_point(const lattice *l, size_t i, size_t n, double *x) {
+  for (size_t f = 0; f < n; f++, i /= l->side)
+    x[f] = l->base[f] + (double)(i % l->side) / (double)l->side;
+}
+
+static hetab_status scan(search *s, lattice *l) {
+  for (size_t i = 0; i < l->count && s->status == HETAB_OK; i++) {
+    double x[HETAB_FIT_MOST_FREE];
+    l->values[i] = HUGE_VAL;
+    if (s->problem->evaluations >= s->problem->options.max_evaluations)
+      continue;
+    lattice_point(l, i, s->problem->free_count, x);
+    evaluate_at(s, x);
+    double broken = s->problem->constrained ? constraint_of(&s->at) : 0;
+    l->values[i] = broken > 0 ? BROKEN + broken : objective_of(&s->at);
+  }
   return s->status;
+}
+
+static int is_dip(const lattice *l, size_t i, size_t n) {
+  for (size_t f = 0, step = 1; f < n; f++, step *= l->side) {
+    size_t j = i / step % l->side;
+    if ((j > 0 && l->values[i - step] < l->values[i]) ||
+        (j + 1 < l->side && l->values[i + step] <= l->values[i]))
+      return 0;
+  }
+  return 1;
+}
+
+/* The lowest dip that is above the value `least`; count: none. */
+static size_t next_dip(const lattice *l, size_t n, double least) {
+  size_t best = l->count;
+  for (size_t i = 0; i < l->count; i++)
+    if (l->values[i] > least && is_dip(l, i, n) &&
+        (best == l->count || l->values[i] < l->values[best]))
+      best = i;
+  return best;
+}
+
+/* ---- runs -------------------------------------------------------------------------------------
+ */
+
+static hetab_status run_one(search *s, double *x, hetab_fit_start *start, hetab_fit_state *end) {
+  double tolerance = s->problem->options.derivative_free ? FINE : COARSE;
+  HETAB_TRY(run(s, NLOPT_LN_COBYLA, tolerance, COARSE_EVALUATIONS, x));
+  hetab_fit_state_copy(s->problem, &s->best, end);
+  start->feasible = hetab_fit_feasible(end);
+  return HETAB_OK;
+}
+
+/* The other dips of a lattice: the answer of no start, unless they are as good. */
+static hetab_status run_probes(search *s, const lattice *l, hetab_fit *fit, hetab_fit_state *ends) {
+  size_t n = s->problem->free_count, dip = next_dip(l, n, -HUGE_VAL);
+  for (int k = 0; k < MOST_PROBES && dip < l->count; k++) {
+    double x[HETAB_FIT_MOST_FREE];
+    dip = next_dip(l, n, l->values[dip]);
+    if (dip == l->count)
+      break;
+    hetab_fit_start *start = &fit->starts[fit->start_count];
+    lattice_point(l, dip, n, x);
+    record(s->problem, x, start->start);
+    start->probe = 1;
+    HETAB_TRY(run_one(s, x, start, &ends[fit->start_count++]));
+  }
+  return HETAB_OK;
 }
 
 /* ends[start_count]: the best feasible state of each run. */
@@ -185,19 +255,23 @@ static hetab_status run_starts(search *s, hetab_fit *fit, hetab_fit_state *ends)
   unsigned long long seed = p->options.seed;
   double given[HETAB_FIT_MOST_FREE];
   int have_given = given_start(p, given);
-  double tolerance = p->options.derivative_free ? FINE : COARSE;
-  for (size_t i = 0; i < fit->start_count; i++) {
+  lattice first;
+  for (size_t i = 0; i < s->starts; i++) {
     double x[HETAB_FIT_MOST_FREE];
     for (size_t f = 0; f < p->free_count; f++)
       x[f] = i == 0 && have_given ? given[f] : random_unit(&seed);
-    fit->starts[i] = (hetab_fit_start){0};
     record(p, x, fit->starts[i].start);
-    HETAB_TRY(scan(s, x));
-    HETAB_TRY(run(s, NLOPT_LN_COBYLA, tolerance, COARSE_EVALUATIONS, x));
-    hetab_fit_state_copy(p, &s->best, &ends[i]);
-    fit->starts[i].feasible = hetab_fit_feasible(&ends[i]);
+    lattice l = lattice_through(p, x);
+    HETAB_TRY(scan(s, &l));
+    size_t dip = next_dip(&l, p->free_count, -HUGE_VAL);
+    if (dip < l.count) /* none: the evaluations are used up */
+      lattice_point(&l, dip, p->free_count, x);
+    HETAB_TRY(run_one(s, x, &fit->starts[i], &ends[i]));
+    fit->start_count++;
+    if (i == 0)
+      first = l;
   }
-  return HETAB_OK;
+  return run_probes(s, &first, fit, ends);
 }
 
 /* ---- the distinct ends, to the last digit ------------------------------------------------------
@@ -266,7 +340,6 @@ static void choose(const search *s, const hetab_fit_state *ends, hetab_fit *fit,
 
 /* Without unknowns but the diffuse part one evaluation says all. */
 static hetab_status evaluate_once(search *s, hetab_fit *fit, hetab_fit_state *best) {
-  fit->start_count = 0;
   HETAB_TRY(hetab_fit_evaluate(s->problem, &s->at));
   hetab_fit_state_copy(s->problem, &s->at, best);
   return HETAB_OK;
@@ -274,17 +347,17 @@ static hetab_status evaluate_once(search *s, hetab_fit *fit, hetab_fit_state *be
 
 static hetab_status search_all(search *s, hetab_fit *fit, hetab_fit_state *best) {
   hetab_status status;
-  size_t count = fit->start_count, made = 0;
+  size_t most = s->starts + MOST_PROBES, made = 0;
   if (s->problem->free_count == 0)
     return evaluate_once(s, fit, best);
-  hetab_fit_state *ends = hetab_alloc(s->problem->ctx, count, sizeof *ends);
+  hetab_fit_state *ends = hetab_alloc(s->problem->ctx, most, sizeof *ends);
   if (!ends)
     return HETAB_ERR_MEMORY;
-  for (; made < count; made++)
+  for (; made < most; made++)
     HETAB_GOTO(hetab_fit_state_create(s->problem, &ends[made]));
   HETAB_GOTO(run_starts(s, fit, ends));
   if (!s->problem->options.derivative_free)
-    HETAB_GOTO(polish(s, ends, count));
+    HETAB_GOTO(polish(s, ends, fit->start_count));
   choose(s, ends, fit, best);
 done:
   for (size_t i = 0; i < made; i++)
@@ -298,8 +371,9 @@ hetab_status hetab_fit_search(hetab_fit_problem *problem, hetab_fit_state *best,
   search s = {.problem = problem, .derivative_step = exact ? 1e-5 : 1e-3};
   hetab_status status;
   double given[HETAB_FIT_MOST_FREE];
-  fit->start_count = problem->options.starts + (size_t)given_start(problem, given);
-  fit->starts = hetab_alloc(problem->ctx, fit->start_count, sizeof *fit->starts);
+  s.starts = problem->options.starts + (size_t)given_start(problem, given);
+  fit->start_count = 0;
+  fit->starts = hetab_alloc(problem->ctx, s.starts + MOST_PROBES, sizeof *fit->starts);
   if (!fit->starts)
     return HETAB_ERR_MEMORY;
   HETAB_GOTO(hetab_fit_state_create(problem, &s.at));
