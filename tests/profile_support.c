@@ -50,7 +50,7 @@ void add_exponential_profile(double *z_um, size_t count, double spacing_um, prof
 /* Of one process, exp(-(r / tau)^2) <-> sqrt(pi) tau exp(-(pi tau f)^2): the trapezoidal rule over
  * f, which for such spectra converges faster than any power. */
 static double filtered_one(profile_scale scale, double cutoff_um, double r_um) {
-  enum { STEPS = 400 };
+  enum { STEPS = 200 };
   double last = 2.2 / scale.tau_um, sum = 0, step = last / STEPS;
   for (int i = -STEPS; i <= STEPS; i++) {
     double f = i * step, arc = M_PI * scale.tau_um * f, waves = cutoff_um * f;
@@ -79,7 +79,7 @@ profile_truth filtered_truth(const profile_scale scales[2], double spacing_um, d
 
 double largest_slope_cutoff(const profile_scale scales[2], double low_um, double high_um) {
   double best = low_um, most = 0;
-  for (double cutoff = low_um; cutoff <= high_um; cutoff *= 1.005) {
+  for (double cutoff = low_um; cutoff <= high_um; cutoff *= 1.01) {
     double slope = filtered_truth(scales, 0.1, cutoff).slope;
     if (slope > most) {
       most = slope;

@@ -30,7 +30,7 @@ void add_exponential_profile(double *z_um, size_t count, double spacing_um, prof
  * by quadrature. cutoff_um 0: no filter. */
 profile_truth filtered_truth(const profile_scale scales[2], double spacing_um, double cutoff_um);
 
-/* The cut-off with the largest sigma / tau, to 0.5 %, between the two given. */
+/* The cut-off with the largest sigma / tau, to 1 %, between the two given. */
 double largest_slope_cutoff(const profile_scale scales[2], double low_um, double high_um);
 
 #endif

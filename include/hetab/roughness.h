@@ -148,7 +148,7 @@ typedef struct hetab_cutoff_scan {
   hetab_cutoff_trial *trials; /* [count], cut-offs ascending */
   size_t count;
   double sigma_um[2], tau_um[2]; /* the two components, before any filter; the small one first */
-  double misfit;                 /* rms relative difference of sigma and tau from them */
+  double misfit;                 /* weighted rms relative difference of sigma and tau */
   int from_fit; /* the cut-off is the fit's; 0: the fit is poor, it is the largest slope's */
 } hetab_cutoff_scan;
 
@@ -175,9 +175,14 @@ typedef struct hetab_roughness {
  * cut-off ends a scan like its ends do. Cut-off: at least 10 spacings, at most half a scan.
  * HETAB_ERR_RANGE if no scan has 32 points left or all heights are equal.
  *
- * Measured (tests/test_roughness.c, tests/bench/scan_trials.csv): 9 scans of 4000 points at 0.1 um,
- * the report's five surfaces on a large-scale component, cut-off 30 um, against the process's own
- * filtered statistics. */
+ * Measured (tests/test_roughness.c): 9 scans of 4000 points at 0.1 um, Gaussian autocorrelations of
+ * the report's five surfaces plus a large scale (1 um, 150 um), 200 trials each, against the
+ * process's own filtered statistics; the worst of the five.
+ *   cut-off 30 um:  sigma bias 0.6 %, spread 3.4 %; tau 0.5 %, 1.7 %; sigma / tau 0.4 %, 3.3 %; the
+ *                   95 % intervals cover in 95.5 % of the trials or more
+ *   cut-off auto:   within 13 % of the process's cut-off of largest slope, in all 1000 trials;
+ *                   sigma bias 1.0 %, spread 3.8 %; tau 0.7 %, 2.8 %; sigma / tau 0.9 %, 3.7 %;
+ *                   intervals cover in 94.5 % or more */
 hetab_status hetab_roughness_measure(hetab_context *ctx, const hetab_heights *const *heights,
                                      size_t count, const hetab_roughness_options *options,
                                      hetab_roughness **out);

@@ -134,7 +134,7 @@ void roughness_print(const hetab_roughness *r) {
   }
   printf("\nRadius of curvature, rms, about %.3g um\n", r->curvature_um);
   for (size_t i = 0; i < r->note_count; i++)
-    cli_print_wrapped(r->notes[i], 2, printf("- ") - 2);
+    cli_print_wrapped(r->notes[i], 2, printf("- "));
 }
 
 /* ---- CSV ----------------------------------------------------------------------------------- */
@@ -183,7 +183,7 @@ static void yaml_bounds(FILE *out, const char *name, const hetab_average *a) {
 
 void roughness_yaml(FILE *out, const hetab_roughness *r, const char *name, const char *index) {
   const hetab_component *c = roughness_main(r);
-  fprintf(out, "# From %zu scans", c->count);
+  fprintf(out, "# From %zu scan%s", c->count, c->count == 1 ? "" : "s");
   if (r->small.count)
     fprintf(out, ", small scale behind a Gaussian filter with a cut-off of %.4g um", r->cutoff_um);
   fputs(". 95 % intervals:\n", out);

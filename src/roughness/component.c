@@ -138,6 +138,12 @@ static void measure_scan(hetab_scan_worker *w, double cutoff_um, size_t scan, he
   c->count++;
 }
 
+/* The weights need some heights to be on, and the end zones may take half of a scan. */
+static bool suits(const hetab_listed_scan *scan, double cutoff_um) {
+  return cutoff_um >= 10 * scan->spacing_um &&
+         cutoff_um <= 0.5 * (double)scan->count * scan->spacing_um;
+}
+
 hetab_status hetab_component_measure(hetab_context *ctx, const hetab_scan_list *list,
                                      double cutoff_um, hetab_component *component) {
   hetab_scan_worker worker;
@@ -150,7 +156,7 @@ hetab_status hetab_component_measure(hetab_context *ctx, const hetab_scan_list *
     goto done;
   for (size_t i = 0; i < list->count; i++) {
     HETAB_GOTO(hetab_progress(ctx, (double)i, (double)list->count));
-    if (cutoff_um < 10 * list->scans[i].spacing_um && cutoff_um > 0)
+    if (cutoff_um > 0 && !suits(&list->scans[i], cutoff_um))
       continue;
     HETAB_GOTO(hetab_scan_worker_take(ctx, list, i, cutoff_um, &worker));
     measure_scan(&worker, cutoff_um, i, component);

@@ -134,7 +134,7 @@ static hetab_status usual_step(hetab_context *ctx, const char *name, const doubl
   for (size_t i = 0; i + 1 < count; i++)
     steps[i] = x_um[i + 1] - x_um[i];
   qsort(steps, count - 1, sizeof *steps, compare);
-  double median = steps[(count - 1) / 2], least = steps[0];
+  double median = steps[(count - 2) / 2], least = steps[0];
   size_t like = 0;
   for (size_t i = 0; i + 1 < count; i++)
     if (fabs(steps[i] - median) < 0.25 * median) {

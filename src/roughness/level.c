@@ -103,10 +103,17 @@ static double local_median(const double *z, size_t count, size_t i) {
   return 0.5 * (values[(kept - 1) / 2] + values[kept / 2]);
 }
 
+/* With three neighbours near it z[i] is among the majority of the seven, and near their median. */
+static bool is_with_neighbours(const double *z, size_t count, size_t i, double limit) {
+  return i > 0 && i + 2 < count && fabs(z[i] - z[i - 1]) <= limit &&
+         fabs(z[i] - z[i + 1]) <= limit && fabs(z[i] - z[i + 2]) <= limit;
+}
+
 static size_t mark_outliers(const double *z, size_t count, double limit, unsigned char *marked) {
   size_t found = 0;
   for (size_t i = 0; i < count; i++)
-    if (!isnan(z[i]) && fabs(z[i] - local_median(z, count, i)) > limit) {
+    if (!isnan(z[i]) && !is_with_neighbours(z, count, i, limit) &&
+        fabs(z[i] - local_median(z, count, i)) > limit) {
       marked[i] = 1;
       found++;
     }

@@ -98,7 +98,7 @@ static hetab_status find_sizes(x3p_file *f) {
   const x3p_description *d = &f->about;
   double total = 1;
   for (int i = 0; i < 3; i++) {
-    double size = d->size[0] > 0 ? d->size[i] : i == 0 ? d->list_size : 1;
+    double size = d->size[0] != 0 ? d->size[i] : i == 0 ? d->list_size : 1;
     if (!(size >= 1 && size <= (double)HETAB_MOST_HEIGHTS && size == floor(size)))
       return hetab_fail(f->ctx, HETAB_ERR_PARSE,
                         "%s: MatrixDimension %c is %g: it has to be a count", f->path, "XYZ"[i],

@@ -15,7 +15,7 @@ void hetab_two_scales_filtered(const hetab_two_scales *scales, double cutoff_um,
                                double *tau_um);
 
 /* From `scales` as a start: the least squares of ln sigma and ln tau at all cut-offs, weighted with
- * 1 / cutoff, as the squares of their errors grow. *misfit: rms of the differences, unweighted. */
+ * 1 / cutoff, as the squares of their errors grow. *misfit: weighted rms of the differences. */
 hetab_status hetab_two_scales_fit(hetab_context *ctx, const double *cutoff_um,
                                   const double *sigma_um, const double *tau_um, size_t count,
                                   double longest_um, hetab_two_scales *scales, double *misfit);
