@@ -51,6 +51,16 @@ export OCL_ICD_VENDORS=$work/nowhere/
 works "literal needs no device" predict s.yml --theta-i 30 --step 10 --method literal
 unset OCL_ICD_VENDORS
 
+# Scans of 0.9, 1 and 1.1 times one profile: the non-uniformity is 0.1.
+awk 'BEGIN {print "x_um,z1_um,z2_um,z3_um"; srand(1)
+  for (i = 0; i < 1000; i++) {
+    z = 0.9 * z + rand() - 0.5
+    printf "%.1f,%.6f,%.6f,%.6f\n", i / 10, 0.9 * z, z, 1.1 * z}}' >scans.csv
+works "a surface from scans" roughness scans.csv --surface scanned.yaml --index Al --quiet
+works "its bounds" predict scanned.yaml --theta-i 30 --json
+check "the spread travels with the surface" json "abs(d['sigma0_um']['high'] / d['sigma0_um']['value'] - 1.1) < 1e-4 \
+  and abs(d['sigma0_um']['low'] / d['sigma0_um']['value'] - 0.9) < 1e-4"
+
 # ---- measured points ---------------------------------------------------------------------------
 
 # A measurement of a surface whose sigma0 is within the bounds, with a value too many above.
