@@ -192,6 +192,21 @@ static hetab_predicted_point judged_point(size_t curve, const hetab_pair_of_dire
                                  .measured = measured};
 }
 
+static hetab_status fail_apart(const job *j, const hetab_measurements *m) {
+  const hetab_pair_of_directions *pairs = hetab_measurements_pairs(m);
+  const double *lambda_um = hetab_measurements_lambda_um(m);
+  double first = INFINITY, last = 0;
+  for (size_t i = 0; i < hetab_measurements_count(m); i++) {
+    first = fmin(first, pairs[i].theta_i / degree);
+    last = fmax(last, pairs[i].theta_i / degree);
+  }
+  return hetab_fail(j->ctx, HETAB_ERR_RANGE,
+                    "%s: no measurement at any of these incidences and wavelengths: choose some "
+                    "that it has, theta_i from %.5g to %.5g degrees, %.6g to %.6g nm",
+                    hetab_measurements_name(m), first, last, 1000 * lambda_um[0],
+                    1000 * lambda_um[hetab_measurements_wavelengths(m) - 1]);
+}
+
 static hetab_status choose_points(job *j) {
   const hetab_measurements *m = j->options->measurements;
   hetab_prediction *p = j->out;
@@ -209,12 +224,7 @@ static hetab_status choose_points(job *j) {
         continue;
       p->points[p->point_count++] = judged_point(curve, &pairs[i], value);
     }
-  if (p->point_count == 0)
-    return hetab_fail(j->ctx, HETAB_ERR_RANGE,
-                      "%s: no measurement at any of these incidences and wavelengths: choose some "
-                      "that it has",
-                      hetab_measurements_name(m));
-  return HETAB_OK;
+  return p->point_count ? HETAB_OK : fail_apart(j, m);
 }
 
 static void count_point(hetab_prediction_count *count, const hetab_predicted_point *point) {
