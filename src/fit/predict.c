@@ -9,7 +9,7 @@
 
 static const double degree = M_PI / 180;
 static const double same_theta_deg = 0.1, same_lambda_um = 1e-4, in_plane_deg = 0.5;
-static const double floor_brdf = 1e-9; /* 1/sr: below, errors are not relative */
+static const double floor_brdf = 1e-9; /* 1/sr: less is nothing */
 
 typedef struct job {
   hetab_context *ctx;
@@ -250,9 +250,9 @@ static void judge_points(const job *j) {
   double accuracy = j->options->accuracy;
   for (size_t i = 0; i < p->point_count; i++) {
     hetab_predicted_point *point = &p->points[i];
-    point->side = point->measured * (1 + accuracy) < point->f.low    ? -1
-                  : point->measured * (1 - accuracy) > point->f.high ? 1
-                                                                     : 0;
+    double most = point->measured * (1 + accuracy) + floor_brdf;
+    double least = point->measured * (1 - accuracy) - floor_brdf;
+    point->side = most < point->f.low ? -1 : least > point->f.high ? 1 : 0;
     count_point(&p->hemisphere, point);
     if (point->in_plane)
       count_point(&p->plane, point);
