@@ -76,6 +76,11 @@ gallery-c: setup ## draw out/gallery/path_tracer.png with the look-up library
 	@$(MAKE) --no-print-directory -s build $(BUILD)/path_tracer
 	@scripts/gallery_path_tracer $(BUILD) out/gallery
 
+.PHONY: figures
+figures: setup ## redraw what the report's figures show, in out/figures
+	@$(MAKE) --no-print-directory -s build
+	@scripts/figures $(BUILD)/hetab out/figures
+
 .PHONY: asan
 asan: setup ## run the tests under AddressSanitizer and UndefinedBehaviorSanitizer
 	@$(MAKE) --no-print-directory -s BUILD=$(BUILD)/asan \
