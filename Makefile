@@ -56,7 +56,7 @@ test: setup ## set up, build and run every test
 	@sh scripts/run_tests $(BUILD)
 
 .PHONY: tests
-tests: $(TESTS)
+tests: $(TESTS) $(BUILD)/tests/exr_readback
 
 .PHONY: bench
 bench: setup ## speed against error of every method, with plots, in out/
@@ -133,6 +133,10 @@ $(BUILD)/hetab.1: $(BUILD)/hetab src/cli/hetab.1.in scripts/make_man
 
 $(BUILD)/tests/%: $(BUILD)/tests/%.o $(TEST_COMMON_OBJECTS) $(BUILD)/libhetab.a
 	$(CC) $(CFLAGS_ALL) $(LDFLAGS) -o $@ $^ -lcmocka $(LIBS)
+
+$(BUILD)/tests/exr_readback: tests/exr_readback.cc
+	@mkdir -p $(@D)
+	$(CXX) -std=c++17 -O2 -Wall -Wextra -o $@ $< -ltinyexr
 
 .SECONDARY: $(TEST_OBJECTS)
 

@@ -10,6 +10,7 @@
 #include <hetab/merl.h>
 #include <hetab/tabulate.h>
 #include <hetab/table.h>
+#include <hetab/exr.h>
 #include <hetab/reflectance.h>
 #include <hetab/audit.h>
 #include <hetab/bench.h>

@@ -17,7 +17,8 @@
 static const struct {
   const char *extension;
   output_format format;
-} formats[] = {{".h5", OUTPUT_H5}, {".hdf5", OUTPUT_H5}, {".binary", OUTPUT_MERL}};
+} formats[] = {
+    {".h5", OUTPUT_H5}, {".hdf5", OUTPUT_H5}, {".exr", OUTPUT_EXR}, {".binary", OUTPUT_MERL}};
 
 static int find_format(const char *path, output_format *format) {
   size_t length = strlen(path);
@@ -56,7 +57,7 @@ static int add_output(const cli_command *self, tabulate_job *job, const char *pa
   table_output *output = &job->outputs[job->output_count];
   int status = -1;
   if (!find_format(path, &output->format))
-    return cli_usage(self, "%s: the name of an output ends in .h5, .hdf5 or .binary", path);
+    return cli_usage(self, "%s: the name of an output ends in .h5, .hdf5, .exr or .binary", path);
   output->path = path;
   if (output->format == OUTPUT_MERL && !(output->specular_path = specular_path(path)))
     return cli_fail("out of memory");
@@ -208,8 +209,34 @@ static int save_specular_csv(tabulate_job *job, const char *path) {
 
 /* ---- dense tables -------------------------------------------------------------------------- */
 
+static hetab_status create_h5(tabulate_job *job, table_output *o, const double *rho) {
+  hetab_status status =
+      hetab_h5_create(job->ctx, o->path, job->surface, job->grid, &job->h5_options, &o->writer);
+  return status == HETAB_OK ? hetab_h5_write_specular(job->ctx, o->writer, rho) : status;
+}
+
+static hetab_status create_exr(tabulate_job *job, table_output *o, const double *rho) {
+  hetab_status status =
+      hetab_exr_create(job->ctx, o->path, job->surface, job->grid, &job->exr_options, &o->exr);
+  return status == HETAB_OK ? hetab_exr_write_specular(job->ctx, o->exr, rho) : status;
+}
+
+static void choose_exr(tabulate_job *job) {
+  const tabulate_request *r = job->request;
+  int spectral = r->spectral < 0 ? r->exr_parts == HETAB_EXR_BY_WAVELENGTH : r->spectral;
+  job->exr_options = (hetab_exr_options){.bands = spectral ? HETAB_EXR_SPECTRAL : HETAB_EXR_RGB,
+                                         .parts = (hetab_exr_parts)r->exr_parts,
+                                         .element = (hetab_exr_element)r->exr_type,
+                                         .slabs = hetab_engine_precision(job->engine),
+                                         .method = hetab_engine_method(job->engine),
+                                         .tolerance = hetab_engine_tolerance(job->engine),
+                                         .device = hetab_engine_device(job->engine),
+                                         .overwrite = r->force};
+}
+
 static int create_writers(tabulate_job *job) {
   const tabulate_request *r = job->request;
+  choose_exr(job);
   hetab_precision precision = hetab_engine_precision(job->engine);
   job->h5_options =
       (hetab_h5_options){.element = r->element < 0 ? precision : (hetab_precision)r->element,
@@ -223,14 +250,13 @@ static int create_writers(tabulate_job *job) {
   hetab_status status = HETAB_OK;
   for (size_t i = 0; i < job->output_count && status == HETAB_OK; i++) {
     table_output *o = &job->outputs[i];
-    if (o->format != OUTPUT_H5)
-      continue;
-    status =
-        hetab_h5_create(job->ctx, o->path, job->surface, job->grid, &job->h5_options, &o->writer);
-    if (status == HETAB_OK)
-      status = hetab_h5_write_specular(job->ctx, o->writer, rho);
+    if (o->format == OUTPUT_H5)
+      status = create_h5(job, o, rho);
+    else if (o->format == OUTPUT_EXR)
+      status = create_exr(job, o, rho);
   }
   free(rho);
+  job->specular_max[OUTPUT_EXR] = job->specular_max[OUTPUT_H5];
   return status == HETAB_OK ? -1 : cli_fail_context(job->ctx);
 }
 
@@ -267,7 +293,7 @@ static int slab_radiant(const tabulate_job *job, const hetab_slab *slab) {
                                o->element == HETAB_FLOAT ? (double)FLT_MAX : DBL_MAX);
 }
 
-/* A slab goes to every HDF5 output. A bad one stops the job: nothing is published. */
+/* A slab goes to every HDF5 and OpenEXR output. A bad one stops the job: nothing is published. */
 static hetab_status fan_out(hetab_context *ctx, void *user, const hetab_slab *slab) {
   tabulate_job *job = user;
   hetab_status status = HETAB_OK;
@@ -278,6 +304,8 @@ static hetab_status fan_out(hetab_context *ctx, void *user, const hetab_slab *sl
   for (size_t i = 0; i < job->output_count && status == HETAB_OK; i++)
     if (job->outputs[i].writer)
       status = hetab_h5_write_slab(ctx, job->outputs[i].writer, slab);
+    else if (job->outputs[i].exr)
+      status = hetab_exr_write_slab(ctx, job->outputs[i].exr, slab);
   return status;
 }
 
@@ -302,6 +330,7 @@ static int fill_dense(tabulate_job *job) {
   hetab_status done = hetab_tabulate(job->ctx, job->engine, job->surface, job->grid, &options,
                                      fan_out, job, report);
   cli_progress_end();
+  job->reports[OUTPUT_EXR] = *report;
   if (job->bad_slab)
     return cli_fail("entries of the table are NaN, infinite or negative: nothing written; please "
                     "report this");
@@ -327,6 +356,14 @@ static int publish_h5(tabulate_job *job, table_output *output) {
   return hetab_h5_commit(job->ctx, writer) == HETAB_OK ? -1 : cli_fail_context(job->ctx);
 }
 
+static int publish_exr(tabulate_job *job, table_output *output) {
+  hetab_exr_writer *writer = output->exr;
+  output->exr = NULL;
+  output->saturated = hetab_exr_saturated(writer);
+  hetab_exr_set_error(writer, &job->reports[OUTPUT_EXR].error);
+  return hetab_exr_commit(job->ctx, writer) == HETAB_OK ? -1 : cli_fail_context(job->ctx);
+}
+
 /* The CSV first: no table is without it. */
 static int publish_merl(tabulate_job *job, const table_output *output) {
   int was_there = faccessat(AT_FDCWD, output->specular_path, F_OK, AT_SYMLINK_NOFOLLOW) == 0;
@@ -346,7 +383,9 @@ static int publish(tabulate_job *job) {
     table_output *o = &job->outputs[i];
     if (cli_signal())
       return cli_fail("stopped");
-    status = o->format == OUTPUT_H5 ? publish_h5(job, o) : publish_merl(job, o);
+    status = o->format == OUTPUT_H5    ? publish_h5(job, o)
+             : o->format == OUTPUT_EXR ? publish_exr(job, o)
+                                       : publish_merl(job, o);
   }
   return status;
 }
@@ -359,7 +398,7 @@ static int evaluate(tabulate_job *job) {
   int status = -1;
   if (has_format(job, OUTPUT_MERL)) /* first: it can refuse, and is the shorter job */
     status = fill_merl(job);
-  if (status < 0 && has_format(job, OUTPUT_H5))
+  if (status < 0 && (has_format(job, OUTPUT_H5) || has_format(job, OUTPUT_EXR)))
     status = fill_dense(job);
   return status < 0 ? publish(job) : status;
 }
@@ -377,6 +416,7 @@ static int run_job(const cli_command *self, const tabulate_request *request) {
     status = tabulate_summary(&job);
   for (size_t i = 0; i < job.output_count; i++) {
     hetab_h5_abort(job.outputs[i].writer);
+    hetab_exr_abort(job.outputs[i].exr);
     free(job.outputs[i].specular_path);
   }
   free(job.outputs);
@@ -400,17 +440,21 @@ static int run(const cli_command *self, int argc, char **argv) {
 const cli_command cli_tabulate = {
     .name = "tabulate",
     .arguments = "SURFACE -o FILE [-o FILE]...",
-    .summary = "write the tables of a surface as HDF5 and MERL files",
+    .summary = "write the tables of a surface as HDF5, OpenEXR and MERL files",
     .description =
         "Evaluates SURFACE (a preset, see 'hetab surfaces', or a YAML file) over a whole grid and "
         "writes the table to each FILE: dd + ud, in 1/sr, without a cosine. Files appear whole or "
         "not at all, and none is overwritten without --force.\n\n"
         "The specular delta is not in the tables. An HDF5 file holds its reflectance rho_s as "
-        "/specular_reflectance; beside NAME.binary it is written to NAME.specular.csv.\n\n"
+        "/specular_reflectance, an OpenEXR file as its last part; beside NAME.binary it is written "
+        "to NAME.specular.csv.\n\n"
+        "An OpenEXR file holds a part for each theta_i (rows theta_r, columns phi; "
+        "channels R G B, or T.550,000000nm and so on), or for each wavelength (rows theta_i and "
+        "theta_r), with the surface and the axes as attributes.\n\n"
         "--json prints an object with surface, device, method, precision, tolerance, version and "
-        "outputs, an array of objects with file, format (hdf5 or merl), entries, seconds, "
+        "outputs, an array of objects with file, format (hdf5, exr or merl), entries, seconds, "
         "entries_per_second, kernel_seconds, kernel_entries_per_second, error (samples, compared, "
         "max_rel, p99_rel, rms_rel, max_abs_below_floor, bad; null without samples), specular "
-        "(max, file, in_table, cone_deg) and, for merl, clamped.",
+        "(max, file, in_table, cone_deg) and, for merl, clamped, for exr, saturated.",
     .run = run,
 };

@@ -12,7 +12,7 @@ static double rate(double entries, double seconds) {
 /* Of the file's numbers. */
 static hetab_error_stats file_error(const tabulate_job *job, const table_output *output) {
   const hetab_error_stats *error = &job->reports[output->format].error;
-  return output->format == OUTPUT_H5 ? hetab_h5_error(&job->h5_options, error) : *error;
+  return output->format == OUTPUT_MERL ? *error : hetab_h5_error(&job->h5_options, error);
 }
 
 /* ---- JSON ---------------------------------------------------------------------------------- */
@@ -25,18 +25,26 @@ static json_t *specular_json(const tabulate_job *job, const table_output *output
                    json_boolean(cone > 0), "cone_deg", cone);
 }
 
+static const char *format_name(output_format format) {
+  static const char *const names[OUTPUT_FORMATS] = {
+      [OUTPUT_H5] = "hdf5", [OUTPUT_MERL] = "merl", [OUTPUT_EXR] = "exr"};
+  return names[format];
+}
+
 static json_t *output_json(const tabulate_job *job, const table_output *output) {
   const hetab_report *report = &job->reports[output->format];
   hetab_error_stats error = file_error(job, output);
   json_t *json = json_pack("{so ss sf sf sf sf sf so so}", "file", cli_json_text(output->path),
-                           "format", output->format == OUTPUT_H5 ? "hdf5" : "merl", "entries",
-                           report->entries, "seconds", report->wall_seconds, "entries_per_second",
+                           "format", format_name(output->format), "entries", report->entries,
+                           "seconds", report->wall_seconds, "entries_per_second",
                            rate(report->entries, report->wall_seconds), "kernel_seconds",
                            report->kernel_seconds, "kernel_entries_per_second",
                            rate(report->entries, report->kernel_seconds), "error",
                            cli_json_error(&error), "specular", specular_json(job, output));
   if (json && output->format == OUTPUT_MERL)
     json_object_set_new(json, "clamped", json_integer((json_int_t)report->clamped));
+  if (json && output->format == OUTPUT_EXR)
+    json_object_set_new(json, "saturated", json_integer((json_int_t)output->saturated));
   return json;
 }
 
@@ -83,6 +91,14 @@ static void print_notes(const tabulate_job *job, const table_output *output) {
   if (output->format == OUTPUT_H5) {
     printf("%s: specular reflectance, at most %.3g, is in /specular_reflectance\n", output->path,
            max);
+    return;
+  }
+  if (output->format == OUTPUT_EXR) {
+    printf("%s: specular reflectance, at most %.3g, is in the part specular_reflectance\n",
+           output->path, max);
+    if (output->saturated)
+      printf("%s: %zu pixels above 65504 are stored as 65504: take --exr-type float\n",
+             output->path, output->saturated);
     return;
   }
   if (cone > 0)
