@@ -12,6 +12,7 @@
 #include <hetab/table.h>
 #include <hetab/exr.h>
 #include <hetab/reflectance.h>
+#include <hetab/view.h>
 #include <hetab/audit.h>
 #include <hetab/bench.h>
 #endif
