@@ -138,4 +138,12 @@
 /* measured 1.3e-7; likewise */
 #define TOL_REFLECTANCE_SKY 1e-6
 
+/* --- Look-ups: relative L1 over directions weighed with their cosine, against the model --- */
+/* measured 1; up to 75 degrees */
+#define TOL_LOOKUP_L1 3e-3
+/* measured 1 at 85 degrees */
+#define TOL_LOOKUP_L1_GRAZING 1.2e-2
+/* measured 1; interpolated between 48 incidences */
+#define TOL_LOOKUP_ALBEDO 1e-2
+
 #endif

@@ -8,6 +8,7 @@
 #include <hetab/engine.h>
 #include <hetab/evaluate.h>
 #include <hetab/merl.h>
+#include <hetab/rgl.h>
 #include <hetab/tabulate.h>
 #include <hetab/table.h>
 #include <hetab/exr.h>
@@ -15,4 +16,5 @@
 #include <hetab/view.h>
 #include <hetab/audit.h>
 #include <hetab/bench.h>
+#include <hetab/lookup.h>
 #endif

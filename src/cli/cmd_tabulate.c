@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "cli.h"
@@ -17,8 +18,11 @@
 static const struct {
   const char *extension;
   output_format format;
-} formats[] = {
-    {".h5", OUTPUT_H5}, {".hdf5", OUTPUT_H5}, {".exr", OUTPUT_EXR}, {".binary", OUTPUT_MERL}};
+} formats[] = {{".h5", OUTPUT_H5},
+               {".hdf5", OUTPUT_H5},
+               {".exr", OUTPUT_EXR},
+               {".binary", OUTPUT_MERL},
+               {".bsdf", OUTPUT_RGL}};
 
 static int find_format(const char *path, output_format *format) {
   size_t length = strlen(path);
@@ -33,21 +37,28 @@ static int find_format(const char *path, output_format *format) {
   return 0;
 }
 
+/* Formats that leave the specular reflectance to a CSV beside them. */
+static int has_sidecar(output_format format) {
+  return format == OUTPUT_MERL || format == OUTPUT_RGL;
+}
+
 /* NAME.binary -> NAME.specular.csv */
 static char *specular_path(const char *path) {
   char *name;
-  int stem = (int)(strlen(path) - strlen(".binary"));
+  int stem = (int)(strrchr(path, '.') - path);
   return asprintf(&name, "%.*s.specular.csv", stem, path) < 0 ? NULL : name;
 }
 
-/* No two files of the plan, sidecars included, may be one. */
+/* No two files of the plan, sidecars included, may be one; but tables of two formats may share
+ * their sidecar, which is the same. */
 static int check_distinct(const cli_command *self, const table_output *a, const table_output *b) {
   const char *files_a[] = {a->path, a->specular_path}, *files_b[] = {b->path, b->specular_path};
   if (cli_same_file(a->path, b->path))
     return cli_usage(self, "%s: the same output is given twice", b->path);
   for (int i = 0; i < 2; i++)
     for (int k = 0; k < 2; k++)
-      if (files_a[i] && files_b[k] && cli_same_file(files_a[i], files_b[k]))
+      if (files_a[i] && files_b[k] && !(i && k && a->format != b->format) &&
+          cli_same_file(files_a[i], files_b[k]))
         return cli_usage(self, "%s and %s would both write %s: give one another name", a->path,
                          b->path, files_b[k]);
   return -1;
@@ -57,9 +68,10 @@ static int add_output(const cli_command *self, tabulate_job *job, const char *pa
   table_output *output = &job->outputs[job->output_count];
   int status = -1;
   if (!find_format(path, &output->format))
-    return cli_usage(self, "%s: the name of an output ends in .h5, .hdf5, .exr or .binary", path);
+    return cli_usage(self, "%s: the name of an output ends in .h5, .hdf5, .exr, .binary or .bsdf",
+                     path);
   output->path = path;
-  if (output->format == OUTPUT_MERL && !(output->specular_path = specular_path(path)))
+  if (has_sidecar(output->format) && !(output->specular_path = specular_path(path)))
     return cli_fail("out of memory");
   for (size_t i = 0; i < job->output_count && status < 0; i++)
     status = check_distinct(self, &job->outputs[i], output);
@@ -96,6 +108,27 @@ static int has_format(const tabulate_job *job, output_format format) {
   return 0;
 }
 
+/* --bands takes words for OpenEXR and RGL tables, and wavelengths for MERL tables. */
+static int is_channels(const char *bands) {
+  return bands && (strcmp(bands, "rgb") == 0 || strcmp(bands, "spectral") == 0);
+}
+
+static int plan_bands(const cli_command *self, tabulate_job *job) {
+  const tabulate_request *r = job->request;
+  int words = is_channels(r->bands), spectral = words && strcmp(r->bands, "spectral") == 0;
+  if (words && !has_format(job, OUTPUT_RGL) && !has_format(job, OUTPUT_EXR))
+    return cli_usage(self, "--bands %s is for .exr and .bsdf outputs, and there is none", r->bands);
+  if (r->bands && !words && !has_format(job, OUTPUT_MERL))
+    return cli_usage(self, "--bands: '%s' is neither rgb nor spectral", r->bands);
+  if (words && !spectral && r->exr_parts == HETAB_EXR_BY_WAVELENGTH)
+    return cli_usage(self, "--exr-parts wavelength holds no colour: take --bands spectral");
+  job->rgl_options.table_error = r->table_error;
+  job->rgl_options.bands = spectral ? HETAB_RGL_SPECTRAL : HETAB_RGL_RGB;
+  if (spectral || r->exr_parts == HETAB_EXR_BY_WAVELENGTH)
+    job->exr_options.bands = HETAB_EXR_SPECTRAL;
+  return -1;
+}
+
 static int plan_merl(const cli_command *self, tabulate_job *job) {
   const tabulate_request *r = job->request;
   hetab_merl_options *o = &job->merl_options;
@@ -106,9 +139,11 @@ static int plan_merl(const cli_command *self, tabulate_job *job) {
                             .seed = (unsigned)r->seed};
   static const size_t needed[] = {
       [HETAB_MERL_SRGB] = 0, [HETAB_MERL_MONO] = 1, [HETAB_MERL_BANDS] = 3};
-  size_t given = r->bands ? cli_wavelength_list(r->bands, o->band_um, 3) : 0;
-  if (r->bands && !given)
-    return cli_usage(self, "--bands: '%s' is not one or three wavelengths in nm", r->bands);
+  const char *bands = is_channels(r->bands) ? NULL : r->bands;
+  size_t given = bands ? cli_wavelength_list(bands, o->band_um, 3) : 0;
+  if (bands && !given)
+    return cli_usage(
+        self, "--bands: '%s' is not one or three wavelengths in nm, nor rgb or spectral", bands);
   if (given != needed[o->colour])
     return cli_usage(self, "--merl-colour %s takes %s",
                      o->colour == HETAB_MERL_SRGB   ? "srgb"
@@ -192,17 +227,26 @@ static void write_specular_rows(FILE *stream, const hetab_surface *surface, cons
               theta_deg[i], rho[band * CSV_ANGLES + i]);
 }
 
-static int save_specular_csv(tabulate_job *job, const char *path) {
+/* Whether an output before this one has written its CSV. */
+static int specular_is_written(const tabulate_job *job, const table_output *output) {
+  for (const table_output *o = job->outputs; o < output; o++)
+    if (o->specular_path && cli_same_file(o->specular_path, output->specular_path))
+      return 1;
+  return 0;
+}
+
+static int save_specular_csv(tabulate_job *job, const table_output *output) {
   double theta_deg[CSV_ANGLES];
-  cli_text csv;
+  cli_text csv = {0};
   for (int i = 0; i < CSV_ANGLES; i++)
     theta_deg[i] = i;
-  double *rho = specular_table(job, theta_deg, CSV_ANGLES, OUTPUT_MERL);
+  double *rho = specular_table(job, theta_deg, CSV_ANGLES, output->format);
   int status = rho ? cli_text_begin(&csv) : CLI_FAILURE;
-  if (status < 0) {
+  if (status < 0 && !specular_is_written(job, output)) {
     write_specular_rows(csv.stream, job->surface, theta_deg, rho);
-    status = cli_text_save(&csv, job->ctx, path, job->request->force);
+    status = cli_text_save(&csv, job->ctx, output->specular_path, job->request->force);
   }
+  cli_text_free(&csv);
   free(rho);
   return status;
 }
@@ -223,15 +267,14 @@ static hetab_status create_exr(tabulate_job *job, table_output *o, const double 
 
 static void choose_exr(tabulate_job *job) {
   const tabulate_request *r = job->request;
-  int spectral = r->spectral < 0 ? r->exr_parts == HETAB_EXR_BY_WAVELENGTH : r->spectral;
-  job->exr_options = (hetab_exr_options){.bands = spectral ? HETAB_EXR_SPECTRAL : HETAB_EXR_RGB,
-                                         .parts = (hetab_exr_parts)r->exr_parts,
-                                         .element = (hetab_exr_element)r->exr_type,
-                                         .slabs = hetab_engine_precision(job->engine),
-                                         .method = hetab_engine_method(job->engine),
-                                         .tolerance = hetab_engine_tolerance(job->engine),
-                                         .device = hetab_engine_device(job->engine),
-                                         .overwrite = r->force};
+  hetab_exr_options *o = &job->exr_options;
+  o->parts = (hetab_exr_parts)r->exr_parts;
+  o->element = (hetab_exr_element)r->exr_type;
+  o->slabs = hetab_engine_precision(job->engine);
+  o->method = hetab_engine_method(job->engine);
+  o->tolerance = hetab_engine_tolerance(job->engine);
+  o->device = hetab_engine_device(job->engine);
+  o->overwrite = r->force;
 }
 
 static int create_writers(tabulate_job *job) {
@@ -346,6 +389,28 @@ static int fill_merl(tabulate_job *job) {
   return done == HETAB_OK ? check_report(report) : cli_fail_context(job->ctx);
 }
 
+static double seconds(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+static int fill_rgl(tabulate_job *job) {
+  cli_progress_begin(job->ctx, hetab_surface_name(job->surface), job->request->quiet);
+  double start = seconds();
+  hetab_status done =
+      hetab_rgl_tabulate(job->ctx, job->surface, &job->rgl_options, &job->rgl, &job->rgl_report);
+  cli_progress_end();
+  if (done != HETAB_OK)
+    return cli_fail_context(job->ctx);
+  const hetab_rgl_report *r = &job->rgl_report;
+  job->reports[OUTPUT_RGL] =
+      (hetab_report){.entries = (double)(r->theta_i_count * r->resolution * r->resolution *
+                                         hetab_rgl_channels(job->rgl)),
+                     .wall_seconds = seconds() - start};
+  return -1;
+}
+
 /* ---- publication --------------------------------------------------------------------------- */
 
 static int publish_h5(tabulate_job *job, table_output *output) {
@@ -364,13 +429,19 @@ static int publish_exr(tabulate_job *job, table_output *output) {
   return hetab_exr_commit(job->ctx, writer) == HETAB_OK ? -1 : cli_fail_context(job->ctx);
 }
 
+static hetab_status save_table(tabulate_job *job, const table_output *output) {
+  int force = job->request->force;
+  return output->format == OUTPUT_RGL ? hetab_rgl_save(job->ctx, job->rgl, output->path, force)
+                                      : hetab_merl_save(job->ctx, job->merl, output->path, force);
+}
+
 /* The CSV first: no table is without it. */
-static int publish_merl(tabulate_job *job, const table_output *output) {
+static int publish_with_csv(tabulate_job *job, const table_output *output) {
   int was_there = faccessat(AT_FDCWD, output->specular_path, F_OK, AT_SYMLINK_NOFOLLOW) == 0;
-  int status = save_specular_csv(job, output->specular_path);
+  int status = save_specular_csv(job, output);
   if (status >= 0)
     return status;
-  if (hetab_merl_save(job->ctx, job->merl, output->path, job->request->force) == HETAB_OK)
+  if (save_table(job, output) == HETAB_OK)
     return -1;
   if (!was_there)
     unlink(output->specular_path);
@@ -385,7 +456,7 @@ static int publish(tabulate_job *job) {
       return cli_fail("stopped");
     status = o->format == OUTPUT_H5    ? publish_h5(job, o)
              : o->format == OUTPUT_EXR ? publish_exr(job, o)
-                                       : publish_merl(job, o);
+                                       : publish_with_csv(job, o);
   }
   return status;
 }
@@ -393,12 +464,15 @@ static int publish(tabulate_job *job) {
 /* ---- the command --------------------------------------------------------------------------- */
 
 static int evaluate(tabulate_job *job) {
-  if (open_inputs(job) != HETAB_OK || open_engine(job) != HETAB_OK)
+  int dense = has_format(job, OUTPUT_H5) || has_format(job, OUTPUT_EXR), status = -1;
+  int device = dense || has_format(job, OUTPUT_MERL);
+  if (open_inputs(job) != HETAB_OK || (device && open_engine(job) != HETAB_OK))
     return cli_fail_context(job->ctx);
-  int status = -1;
-  if (has_format(job, OUTPUT_MERL)) /* first: it can refuse, and is the shorter job */
+  if (has_format(job, OUTPUT_RGL))
+    status = fill_rgl(job);
+  if (status < 0 && has_format(job, OUTPUT_MERL)) /* first: it can refuse, and is the shorter job */
     status = fill_merl(job);
-  if (status < 0 && (has_format(job, OUTPUT_H5) || has_format(job, OUTPUT_EXR)))
+  if (status < 0 && dense)
     status = fill_dense(job);
   return status < 0 ? publish(job) : status;
 }
@@ -406,6 +480,8 @@ static int evaluate(tabulate_job *job) {
 static int run_job(const cli_command *self, const tabulate_request *request) {
   tabulate_job job = {.request = request};
   int status = plan_outputs(self, &job);
+  if (status < 0)
+    status = plan_bands(self, &job);
   if (status < 0)
     status = plan_merl(self, &job);
   if (status < 0)
@@ -421,6 +497,7 @@ static int run_job(const cli_command *self, const tabulate_request *request) {
   }
   free(job.outputs);
   hetab_merl_free(job.merl);
+  hetab_rgl_free(job.rgl);
   hetab_engine_free(job.engine);
   hetab_grid_free(job.grid);
   hetab_surface_free(job.surface);
@@ -440,21 +517,25 @@ static int run(const cli_command *self, int argc, char **argv) {
 const cli_command cli_tabulate = {
     .name = "tabulate",
     .arguments = "SURFACE -o FILE [-o FILE]...",
-    .summary = "write the tables of a surface as HDF5, OpenEXR and MERL files",
+    .summary = "write the tables of a surface as HDF5, OpenEXR, MERL and RGL files",
     .description =
         "Evaluates SURFACE (a preset, see 'hetab surfaces', or a YAML file) over a whole grid and "
         "writes the table to each FILE: dd + ud, in 1/sr, without a cosine. Files appear whole or "
         "not at all, and none is overwritten without --force.\n\n"
         "The specular delta is not in the tables. An HDF5 file holds its reflectance rho_s as "
-        "/specular_reflectance, an OpenEXR file as its last part; beside NAME.binary it is written "
-        "to NAME.specular.csv.\n\n"
-        "An OpenEXR file holds a part for each theta_i (rows theta_r, columns phi; "
-        "channels R G B, or T.550,000000nm and so on), or for each wavelength (rows theta_i and "
-        "theta_r), with the surface and the axes as attributes.\n\n"
-        "--json prints an object with surface, device, method, precision, tolerance, version and "
-        "outputs, an array of objects with file, format (hdf5, exr or merl), entries, seconds, "
-        "entries_per_second, kernel_seconds, kernel_entries_per_second, error (samples, compared, "
-        "max_rel, p99_rel, rms_rel, max_abs_below_floor, bad; null without samples), specular "
-        "(max, file, in_table, cone_deg) and, for merl, clamped, for exr, saturated.",
+        "/specular_reflectance, an OpenEXR file as its last part; beside NAME.binary and NAME.bsdf "
+        "it is written to NAME.specular.csv.\n\n"
+        "An OpenEXR file holds a part for each theta_i (rows theta_r, columns phi; channels R G B, "
+        "or T.550,000000nm and so on), or for each wavelength (rows theta_i and theta_r), with the "
+        "surface and the axes as attributes.\n\n"
+        "A .bsdf is an RGL table for Mitsuba 3's and pbrt-v4's measured materials, as small as "
+        "--table-error allows; it is made on the host and needs no device.\n\n"
+        "--json prints an object with surface, device, method, precision, tolerance (these null "
+        "where no device was needed), version and outputs, an array of objects with file, format "
+        "(hdf5, exr, merl or rgl), entries, seconds, entries_per_second, kernel_seconds, "
+        "kernel_entries_per_second, error (samples, compared, max_rel, p99_rel, rms_rel, "
+        "max_abs_below_floor, bad; null without samples), specular (max, file, in_table, cone_deg) "
+        "and, for merl, clamped; for exr, saturated; for rgl, table (bands, table_error, error_l1, "
+        "bias, theta_i, resolution, bytes, clamped).",
     .run = run,
 };

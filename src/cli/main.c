@@ -9,7 +9,7 @@
 
 static const cli_command *const commands[] = {&cli_tabulate, &cli_eval,        &cli_devices,
                                               &cli_surfaces, &cli_reflectance, &cli_audit,
-                                              &cli_bench};
+                                              &cli_bench,    &cli_view};
 static const size_t command_count = sizeof commands / sizeof *commands;
 
 static int print_help(void) {

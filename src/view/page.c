@@ -150,7 +150,7 @@ static double plot_y(const plot *f, double log10_value) {
 
 /* From the highest lobe down to the lowest value, but at most 8 decades. */
 static void choose_decades(const hetab_view *view, plot *f) {
-  double most = -INFINITY, least = INFINITY;
+  double most = -HUGE_VAL, least = HUGE_VAL;
   for (size_t k = 0; k < view->theta_i_count; k++)
     for (size_t i = 0; i < HETAB_LOBE_POINTS; i++) {
       double y = hetab_view_luminance(view->lobes[k][i]);
@@ -159,7 +159,7 @@ static void choose_decades(const hetab_view *view, plot *f) {
         least = fmin(least, log10(y));
       }
     }
-  if (!(most > -INFINITY))
+  if (!(most > -HUGE_VAL))
     most = least = 0;
   f->decade_to = (int)floor(most + 0.1) + 1;
   f->decade_from = (int)fmax(floor(least), f->decade_to - 8);
@@ -194,7 +194,7 @@ static void draw_curve(const page *p, const plot *f, size_t k) {
   for (size_t i = 0; i < HETAB_LOBE_POINTS; i++) {
     double value = hetab_view_luminance(p->view->lobes[k][i]);
     double x = plot_x(f, (double)p->view->lobe_theta_r_deg[k][i]) * p->unit;
-    double y = plot_y(f, fmax(value > 0 ? log10(value) : -INFINITY, f->decade_from)) * p->unit;
+    double y = plot_y(f, fmax(value > 0 ? log10(value) : -HUGE_VAL, f->decade_from)) * p->unit;
     double floor_y = f->bottom * p->unit;
     if (i && (y < floor_y || last_y < floor_y))
       hetab_canvas_segment(p->canvas, last_x, last_y, x, y, 2.2 * p->unit);
@@ -264,7 +264,7 @@ typedef struct scale {
 
 /* Down from the brightest pixel: to the faintest, but 2 to 6 decades. */
 static scale choose_scale(const hetab_view *view) {
-  double most = 0, least = INFINITY;
+  double most = 0, least = HUGE_VAL;
   size_t pixels = view->map_side * view->map_side;
   for (size_t k = 0; k < view->theta_i_count; k++)
     for (size_t i = 0; i < pixels; i++) {
