@@ -5,10 +5,10 @@
  * Maps: the BRDF over the hemisphere of viewers, one for each theta_i; equal-area discs, the normal
  * in the centre, the light's azimuth to the left, the mirror direction to the right.
  * Sphere: orthographic, of radius 0.46 of its image, under two distant lights and a dome, each
- * white: discs of 8 and 6 degrees that give an irradiance of 2.2 and 1.3 from (-0.5, 0.62, 0.6) and
- * (0.82, 0.25, -0.51), and radiance 0.20 + 0.15 y from direction y (x right, y up, z to the
- * viewer). A white Lambertian sphere facing both would be about 1. The specular delta reflects all
- * three.
+ * white: discs of 12 and 9 degrees radius that give an irradiance of 2.0 and 1.0 from (-0.5, 0.62,
+ * 0.6) and (0.82, 0.25, -0.51), and radiance 0.32 + 0.22 y from direction y (x right, y up, z to
+ * the viewer). A white Lambertian sphere facing both would be about 1. The specular delta reflects
+ * all three.
  *
  * Maps and sphere interpolate the logarithm of the BRDF on rays about the mirror point: within 3 %
  * of the model (median 0.1 %), of its value there (tests/test_view.c). Lobes are the model's or the

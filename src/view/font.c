@@ -114,6 +114,8 @@ static const struct {
     {0x3c3, "5j2j~0j~0d~4d4g~4j2j"},  /* sigma */
     {0x3c4, "0j4j 2j2f~2d3d"},        /* tau */
     {0x3c6, "2d~0d~0j~4j~4d2d 2l2a"}, /* phi */
+    {0x1d62, "0a0e 0g0g"},            /* subscript i */
+    {0x1d63, "0a0e 0c~0e2e"},         /* subscript r */
     {0x2080, "1a~0a~0e~2e~2a1a"},     /* subscript 0 */
 };
 

@@ -6,7 +6,7 @@
 
 #include "core/context.h"
 
-enum { RAYS = HETAB_LOBE_RAYS, NODES = HETAB_LOBE_NODES };
+enum { NODES = HETAB_LOBE_NODES };
 
 static const double pi = 3.14159265358979323846;
 /* ln of the range of distances: lobes of 1e-4 in direction cosines are a hundredth of a degree. */
@@ -41,9 +41,9 @@ static void direction(const double q[2], float out[3]) {
 }
 
 /* Directions of all nodes of one angle. */
-static void aim(double theta, float (*fixed)[3], float (*other)[3]) {
-  for (int ray = 0; ray < RAYS; ray++) {
-    double psi = pi * ray / (RAYS - 1), reach = hetab_lobe_reach(theta, cos(psi));
+static void aim(double theta, int rays, float (*fixed)[3], float (*other)[3]) {
+  for (int ray = 0; ray < rays; ray++) {
+    double psi = pi * ray / (rays - 1), reach = hetab_lobe_reach(theta, cos(psi));
     for (int n = 0; n < NODES; n++) {
       double r = reach * hetab_lobe_place((double)n / (NODES - 1));
       double q[2] = {-sin(theta) + r * cos(psi), r * sin(psi)};
@@ -65,36 +65,37 @@ static hetab_lobe_node make_node(const float rgb[3]) {
 }
 
 static hetab_status fill_angle(hetab_context *ctx, const hetab_view_source *source, double theta,
-                               int fixed_is_wo, hetab_lobe_node *nodes) {
-  enum { COUNT = RAYS * NODES };
+                               int rays, int fixed_is_wo, hetab_lobe_node *nodes) {
+  size_t count = (size_t)rays * NODES;
   hetab_status status = HETAB_ERR_MEMORY;
-  float(*memory)[3] = hetab_alloc(ctx, 3 * COUNT, sizeof *memory);
+  float(*memory)[3] = hetab_alloc(ctx, 3 * count, sizeof *memory);
   if (!memory)
     return status;
-  float(*fixed)[3] = memory, (*other)[3] = memory + COUNT, (*rgb)[3] = memory + 2 * COUNT;
-  aim(theta, fixed, other);
-  status = fixed_is_wo ? source->eval(ctx, source, COUNT, (const float(*)[3])other,
+  float(*fixed)[3] = memory, (*other)[3] = memory + count, (*rgb)[3] = memory + 2 * count;
+  aim(theta, rays, fixed, other);
+  status = fixed_is_wo ? source->eval(ctx, source, count, (const float(*)[3])other,
                                       (const float(*)[3])fixed, rgb)
-                       : source->eval(ctx, source, COUNT, (const float(*)[3])fixed,
+                       : source->eval(ctx, source, count, (const float(*)[3])fixed,
                                       (const float(*)[3])other, rgb);
-  for (size_t i = 0; i < COUNT && status == HETAB_OK; i++)
+  for (size_t i = 0; i < count && status == HETAB_OK; i++)
     nodes[i] = make_node(rgb[i]);
   free(memory);
   return status;
 }
 
 hetab_status hetab_lobe_table_create(hetab_context *ctx, const hetab_view_source *source,
-                                     const double *theta, size_t count, int fixed_is_wo,
+                                     const double *theta, size_t count, int rays, int fixed_is_wo,
                                      hetab_lobe_table *table) {
   hetab_status status = HETAB_ERR_MEMORY;
-  *table = (hetab_lobe_table){.count = count};
+  *table = (hetab_lobe_table){.count = count, .rays = rays};
   table->theta = hetab_alloc(ctx, count, sizeof *table->theta);
-  table->nodes = hetab_alloc(ctx, count * RAYS * NODES, sizeof *table->nodes);
+  table->nodes = hetab_alloc(ctx, count * (size_t)rays * NODES, sizeof *table->nodes);
   if (!table->theta || !table->nodes)
     goto done;
   memcpy(table->theta, theta, count * sizeof *theta);
   for (size_t i = 0; i < count; i++)
-    HETAB_GOTO(fill_angle(ctx, source, theta[i], fixed_is_wo, table->nodes + i * RAYS * NODES));
+    HETAB_GOTO(fill_angle(ctx, source, theta[i], rays, fixed_is_wo,
+                          table->nodes + i * (size_t)rays * NODES));
   return HETAB_OK;
 done:
   hetab_lobe_table_clear(table);
@@ -118,9 +119,10 @@ static void add_node(hetab_lobe_node *sum, const hetab_lobe_node *node, double w
 /* The table's angle number i, at polar coordinates about its mirror point. */
 static void add_angle(const hetab_lobe_table *table, size_t i, double r, double psi, double reach,
                       double weight, hetab_lobe_node *sum) {
-  const hetab_lobe_node *nodes = table->nodes + i * RAYS * NODES;
-  double ray = psi / pi * (RAYS - 1), node = node_of(fmin(reach > 0 ? r / reach : 1, 1));
-  int ray0 = ray < RAYS - 2 ? (int)ray : RAYS - 2, node0 = node < NODES - 2 ? (int)node : NODES - 2;
+  const hetab_lobe_node *nodes = table->nodes + i * (size_t)table->rays * NODES;
+  double ray = psi / pi * (table->rays - 1), node = node_of(fmin(reach > 0 ? r / reach : 1, 1));
+  int ray0 = ray < table->rays - 2 ? (int)ray : table->rays - 2,
+      node0 = node < NODES - 2 ? (int)node : NODES - 2;
   double u = ray - ray0, v = node - node0;
   const hetab_lobe_node *corner = nodes + ray0 * NODES + node0;
   add_node(sum, corner, weight * (1 - u) * (1 - v));

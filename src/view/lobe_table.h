@@ -6,7 +6,7 @@
 
 #include "view/source.h"
 
-enum { HETAB_LOBE_RAYS = 17, HETAB_LOBE_NODES = 56 };
+enum { HETAB_LOBE_NODES = 56 }; /* of a ray */
 
 /* log: of a luminance above 0; ratio: the colour over it. */
 typedef struct hetab_lobe_node {
@@ -15,13 +15,14 @@ typedef struct hetab_lobe_node {
 
 typedef struct hetab_lobe_table {
   size_t count;
+  int rays;               /* 2 or more, over half a turn */
   double *theta;          /* [count], radians, ascending */
-  hetab_lobe_node *nodes; /* [count][HETAB_LOBE_RAYS][HETAB_LOBE_NODES] */
+  hetab_lobe_node *nodes; /* [count][rays][HETAB_LOBE_NODES] */
 } hetab_lobe_table;
 
 /* For theta[count]. fixed_is_wo: theta is the viewer's, else the light's. */
 hetab_status hetab_lobe_table_create(hetab_context *ctx, const hetab_view_source *source,
-                                     const double *theta, size_t count, int fixed_is_wo,
+                                     const double *theta, size_t count, int rays, int fixed_is_wo,
                                      hetab_lobe_table *table);
 void hetab_lobe_table_clear(hetab_lobe_table *table);
 

@@ -21,7 +21,7 @@ static void place_lobe(double theta_i_deg, float *theta_r_deg) {
     theta_r_deg[i] = (float)(-90 + 0.5 * i);
   for (int i = 0; i < 2 * NEAR; i++) {
     double offset = 0.01 * expm1(0.12 * (i / 2 + 1)) / expm1(0.12) * (i % 2 ? 1 : -1);
-    theta_r_deg[EVEN + i] = (float)fmin(theta_i_deg + offset, 90);
+    theta_r_deg[EVEN + i] = (float)fmin(fmax(theta_i_deg + offset, -90), 90);
   }
   qsort(theta_r_deg, HETAB_LOBE_POINTS, sizeof *theta_r_deg, compare);
 }
@@ -42,6 +42,8 @@ hetab_status hetab_view_make_lobe(hetab_context *ctx, const hetab_view_source *s
                       rgb);
 }
 
+enum { MAP_RAYS = 49 };
+
 /* ---- maps ---------------------------------------------------------------------------------- */
 
 /* Lambert's equal-area projection: radius sqrt(2) sin(theta / 2). */
@@ -55,7 +57,7 @@ int hetab_map_direction(double x, double y, double *theta, double *azimuth) {
 hetab_status hetab_view_make_map(hetab_context *ctx, const hetab_view_source *source,
                                  double theta_i, size_t side, float (*rgb)[3]) {
   hetab_lobe_table table;
-  HETAB_TRY(hetab_lobe_table_create(ctx, source, &theta_i, 1, 0, &table));
+  HETAB_TRY(hetab_lobe_table_create(ctx, source, &theta_i, 1, MAP_RAYS, 0, &table));
   for (size_t i = 0; i < side * side; i++) {
     double theta, azimuth, half = (double)side / 2;
     double x = ((double)(i % side) + 0.5 - half) / half,

@@ -97,10 +97,10 @@ static double encode_srgb(double linear) {
   return linear <= 0.0031308 ? 12.92 * linear : 1.055 * pow(linear, 1 / 2.4) - 0.055;
 }
 
-/* Straight up to 0.6, then a shoulder that nears 1. */
+/* Straight up to the knee, then a long shoulder that keeps the shape of highlights. */
 static double shoulder(double x) {
-  const double knee = 0.6;
-  return x <= knee ? x : 1 - (1 - knee) * exp(-(x - knee) / (1 - knee));
+  const double knee = 0.5, length = 1.6;
+  return x <= knee ? x : 1 - (1 - knee) * exp(-(x - knee) / length);
 }
 
 static hetab_colour develop(const float rgb[3], double gain) {
@@ -185,7 +185,7 @@ static void draw_axes(const page *p, const plot *f) {
     hetab_canvas_decade(p->canvas, (f->left - 10) * p->unit, (plot_y(f, d) + 5) * p->unit,
                         10 * p->unit, 1, dark, d);
   say(p, (f->left + f->right) / 2, f->bottom + 42, 10, 0.5, grey,
-      "θr, negative on the side of the light");
+      "θᵣ, negative on the side of the light");
 }
 
 /* Where the value is not positive, or below the axis, the line rests on the axis. */
@@ -216,7 +216,7 @@ static void draw_legend(const page *p, const plot *f, double y) {
   double x = f->right;
   for (size_t k = p->view->theta_i_count; k-- > 0;) {
     char text[32];
-    snprintf(text, sizeof text, "θi %.4g°", p->view->theta_i_deg[k]);
+    snprintf(text, sizeof text, "θᵢ %.4g°", p->view->theta_i_deg[k]);
     say(p, x, y, 10, 1, dark, text);
     x -= hetab_text_width(10, text) + 8;
     hetab_canvas_segment(p->canvas, (x - 18) * p->unit, (y - 5) * p->unit, x * p->unit,
@@ -286,14 +286,14 @@ static hetab_colour colour_of(const scale *s, double value) {
 
 /* A dot or a ring that shows on light and dark. */
 static void mark(const page *p, double x, double y, int ring) {
-  double radius = 4.5 * p->unit;
+  double radius = (ring ? 7 : 4.5) * p->unit;
   if (ring)
-    hetab_canvas_circle(p->canvas, x, y, radius, 4 * p->unit);
+    hetab_canvas_circle(p->canvas, x, y, radius, 3.2 * p->unit);
   else
     hetab_canvas_box(p->canvas, x - radius, y - radius, 2 * radius, 2 * radius, radius);
   hetab_canvas_ink(p->canvas, dark, 0.9);
   if (ring)
-    hetab_canvas_circle(p->canvas, x, y, radius, 1.7 * p->unit);
+    hetab_canvas_circle(p->canvas, x, y, radius, 1.5 * p->unit);
   else
     hetab_canvas_box(p->canvas, x - 0.62 * radius, y - 0.62 * radius, 1.24 * radius, 1.24 * radius,
                      0.62 * radius);
@@ -324,7 +324,7 @@ static void draw_map(const page *p, size_t k, double left, double top, const sca
   draw_rings(p, cx, cy, half);
   mark(p, cx - place, cy, 0);
   mark(p, cx + place, cy, 1);
-  snprintf(text, sizeof text, "θi %.4g°", view->theta_i_deg[k]);
+  snprintf(text, sizeof text, "θᵢ %.4g°", view->theta_i_deg[k]);
   say(p, cx / p->unit, top + map_units(view) + 24, 11, 0.5, dark, text);
 }
 
@@ -346,7 +346,7 @@ static void draw_scale(const page *p, double left, double top, double height, co
 static void draw_map_key(const page *p, double right, double y) {
   const char *mirror = "mirror direction", *light = "light";
   say(p, right, y, 10, 1, grey, mirror);
-  right -= hetab_text_width(10, mirror) + 13;
+  right -= hetab_text_width(10, mirror) + 16;
   mark(p, right * p->unit, (y - 4.5) * p->unit, 1);
   right -= 24;
   say(p, right, y, 10, 1, grey, light);
@@ -361,8 +361,8 @@ static void draw_maps(const page *p, double top) {
   double row = count * side + (count - 1) * MAP_GAP + SCALE_WIDTH;
   double left = fmax((UNITS - row) / 2, MARGIN);
   caption(p, MARGIN, top + 16, "Hemispheres",
-          view->colour ? "luminance, 1/sr; equal-area discs, rings at θr 30° and 60°"
-                       : "BRDF, 1/sr; equal-area discs, rings at θr 30° and 60°");
+          view->colour ? "luminance, 1/sr; equal-area discs, rings at θᵣ 30° and 60°"
+                       : "BRDF, 1/sr; equal-area discs, rings at θᵣ 30° and 60°");
   draw_map_key(p, UNITS - MARGIN, top + 16);
   for (size_t k = 0; k < view->theta_i_count; k++)
     draw_map(p, k, left + (double)k * (side + MAP_GAP), top + CAPTION, &s);

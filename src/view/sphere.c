@@ -7,8 +7,8 @@
 #include "view/pictures.h"
 
 /* Angles of the viewer in the table, and nodes of the dome's integrals. */
-enum { ANGLES = 28, DOME_RAYS = 24, DOME_NODES = 48 };
-enum { RINGS = 3, DISC = 1 + 3 * RINGS * (RINGS + 1) };
+enum { ANGLES = 28, RAYS = 17, DOME_RAYS = 24, DOME_NODES = 48 };
+enum { RINGS = 5, DISC = 1 + 3 * RINGS * (RINGS + 1) };
 
 static const double pi = 3.14159265358979323846;
 
@@ -23,13 +23,23 @@ typedef struct lamp {
   vec disc[DISC];    /* directions of equal weight */
 } lamp;
 
-static const double dome_mean = 0.20, dome_slope = 0.15;
+static const double dome_mean = 0.32, dome_slope = 0.22;
 
 /* What a viewer at an angle sees of a dome of radiance 1, and of one of radiance `direction`, whose
  * components along the normal and along the viewer's tangent these are. */
 typedef struct moments {
   double whole[3], normal[3], tangent[3];
+  double core[3], width; /* the part within `core_radius`, and its rms radius */
 } moments;
+
+/* What is nearer to the mirror point than lamp directions are to each other is no matter for sums
+ * over those: f exp(-r^2 / core_radius^2) is reflected like the delta, softly, the rest is summed.
+ */
+static const double core_radius = 0.04;
+
+static double core_share(double r) {
+  return exp(-r * r / (core_radius * core_radius));
+}
 
 typedef struct scene {
   hetab_lobe_table table;
@@ -88,15 +98,19 @@ static moments integrate_dome(const hetab_lobe_table *table, double theta) {
       double area = 2 * r * reach * hetab_lobe_place_slope(t) / DOME_NODES * (pi / DOME_RAYS);
       double q[2] = {-sin(theta) + r * cos(psi), r * sin(psi)};
       double normal = sqrt(fmax(1 - q[0] * q[0] - q[1] * q[1], 0));
+      double core = area * core_share(r);
       float f[3];
       hetab_lobe_table_eval(table, theta, q, f);
+      m.width += core * r * r * (double)f[1];
       for (int c = 0; c < 3; c++) {
+        m.core[c] += core * (double)f[c];
         m.whole[c] += area * (double)f[c];
         m.normal[c] += area * normal * (double)f[c];
         m.tangent[c] += area * q[0] * (double)f[c];
       }
     }
   }
+  m.width = m.core[1] > 0 ? sqrt(fmax(m.width, 0) / m.core[1]) : 0;
   return m;
 }
 
@@ -125,23 +139,24 @@ static void add_lamp(const scene *s, const lamp *l, const place *p, double rgb[3
   for (int i = 0; i < DISC; i++) {
     double cosine = dot(l->disc[i], p->normal);
     const double q[2] = {dot(l->disc[i], p->tangent), dot(l->disc[i], p->aside)};
+    double rest = 1 - core_share(hypot(q[0] + sin(p->theta), q[1]));
     float f[3];
     if (cosine <= 0)
       continue;
     hetab_lobe_table_eval(&s->table, p->theta, q, f);
     for (int c = 0; c < 3; c++)
-      rgb[c] += l->irradiance / DISC * cosine * (double)f[c];
+      rgb[c] += l->irradiance / DISC * cosine * rest * (double)f[c];
   }
 }
 
-/* The lamps and the dome in the delta. */
-static double mirrored(const scene *s, const place *p) {
-  double radiance = dome_mean + dome_slope * p->mirror.y;
+/* The lamps' radiance in the mirror direction, their edges blurred over `blur` radians. */
+static double mirrored(const scene *s, const place *p, double blur) {
+  double radiance = 0;
   for (int i = 0; i < 2; i++) {
     const lamp *l = &s->lamps[i];
     double angle = acos(fmin(dot(l->to, p->mirror), 1));
-    double covered = fmin(fmax((l->radius - angle) / p->footprint + 0.5, 0), 1);
-    radiance += covered * l->irradiance / (pi * sin(l->radius) * sin(l->radius));
+    double t = fmin(fmax((l->radius - angle) / blur + 0.5, 0), 1);
+    radiance += t * t * (3 - 2 * t) * l->irradiance / (pi * sin(l->radius) * sin(l->radius));
   }
   return radiance;
 }
@@ -155,13 +170,17 @@ static void shade(const scene *s, const place *p, double rgb[3]) {
   while (i + 2 < ANGLES && s->table.theta[i + 1] <= p->theta)
     i++;
   double span = s->table.theta[i + 1] - s->table.theta[i];
-  double w = fmin(fmax((p->theta - s->table.theta[i]) / span, 0), 1), delta = mirrored(s, p);
+  double w = fmin(fmax((p->theta - s->table.theta[i]) / span, 0), 1);
   const moments *a = &s->dome[i], *b = &s->dome[i + 1];
+  double sky = dome_mean + dome_slope * p->mirror.y, sharp = mirrored(s, p, 1.5 * p->footprint);
+  double soft = mirrored(
+      s, p, fmax(1.5 * p->footprint, 4 * blend(a->width, b->width, w) / fmax(p->normal.z, 0.1)));
   for (int c = 0; c < 3; c++) {
     double rho_s = blend((double)s->specular[i][c], (double)s->specular[i + 1][c], w);
     double up = blend(a->normal[c], b->normal[c], w) * p->normal.y +
                 blend(a->tangent[c], b->tangent[c], w) * p->tangent.y;
-    rgb[c] = dome_mean * blend(a->whole[c], b->whole[c], w) + dome_slope * up + rho_s * delta;
+    rgb[c] = dome_mean * blend(a->whole[c], b->whole[c], w) + dome_slope * up +
+             rho_s * (sky + sharp) + blend(a->core[c], b->core[c], w) * soft;
   }
   for (int k = 0; k < 2; k++)
     add_lamp(s, &s->lamps[k], p, rgb);
@@ -178,13 +197,13 @@ static void place_angles(double theta[ANGLES]) {
 static hetab_status make_scene(hetab_context *ctx, const hetab_view_source *source, scene *s) {
   double theta[ANGLES];
   place_angles(theta);
-  HETAB_TRY(hetab_lobe_table_create(ctx, source, theta, ANGLES, 1, &s->table));
+  HETAB_TRY(hetab_lobe_table_create(ctx, source, theta, ANGLES, RAYS, 1, &s->table));
   for (int i = 0; i < ANGLES; i++) {
     s->dome[i] = integrate_dome(&s->table, theta[i]);
     HETAB_TRY(source->specular(ctx, source, theta[i], s->specular[i]));
   }
-  s->lamps[0] = make_lamp((vec){-0.5, 0.62, 0.6}, 2.2, 8);
-  s->lamps[1] = make_lamp((vec){0.82, 0.25, -0.51}, 1.3, 6);
+  s->lamps[0] = make_lamp((vec){-0.5, 0.62, 0.6}, 2.0, 12);
+  s->lamps[1] = make_lamp((vec){0.82, 0.25, -0.51}, 1.0, 9);
   return HETAB_OK;
 }
 
