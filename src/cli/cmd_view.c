@@ -164,7 +164,7 @@ static int run(const cli_command *self, int argc, char **argv) {
        &r.theta_i, 0, 0},
       {CLI_TEXT, "wavelength", 0, "NM", "one wavelength instead of colour under D65", &r.wavelength,
        0, 0},
-      {CLI_COUNT, "size", 0, "PIXELS", "width of the page (1280)", &r.size, 320, 8192},
+      {CLI_COUNT, "size", 0, "PIXELS", "width of the page (1280)", &r.size, 640, 8192},
       {CLI_NUMBER, "exposure", 0, "STOPS", "brighten or darken the sphere on the page (0)",
        &r.exposure, -20, 20},
       {CLI_FLAG, "nearest", 0, NULL, "show a table's own numbers, not what is between them",

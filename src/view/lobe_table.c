@@ -6,11 +6,9 @@
 
 #include "core/context.h"
 
-enum { NODES = HETAB_LOBE_NODES };
-
 static const double pi = 3.14159265358979323846;
 /* ln of the range of distances: lobes of 1e-4 in direction cosines are a hundredth of a degree. */
-static const double grading = 10.5;
+static const double grading = 9.5;
 /* Luminance whose logarithm is kept, at least: 1/sr. */
 static const double least = 1e-12;
 
@@ -19,17 +17,25 @@ double hetab_lobe_reach(double theta, double cos_psi) {
   return b + sqrt(b * b + c * c);
 }
 
-double hetab_lobe_place(double t) {
+/* Geometric from the mirror point, and quadratic at the horizon, where angles are the arc cosine of
+ * distances: both ends are where the BRDF changes fast. */
+static double geometric(double t) {
   return expm1(grading * t) / expm1(grading);
 }
 
+double hetab_lobe_place(double t) {
+  double rest = 1 - geometric(t);
+  return 1 - rest * rest;
+}
+
 double hetab_lobe_place_slope(double t) {
-  return grading * exp(grading * t) / expm1(grading);
+  return 2 * (1 - geometric(t)) * grading * exp(grading * t) / expm1(grading);
 }
 
 /* The inverse, in nodes. */
-static double node_of(double place) {
-  return (NODES - 1) / grading * log1p(place * expm1(grading));
+static double node_of(double place, int nodes) {
+  double near = place / (1 + sqrt(1 - place)); /* 1 - sqrt(1 - place) */
+  return (nodes - 1) / grading * log1p(near * expm1(grading));
 }
 
 static void direction(const double q[2], float out[3]) {
@@ -40,14 +46,18 @@ static void direction(const double q[2], float out[3]) {
   out[2] = (float)sqrt(fmax(z2, 4e-4));
 }
 
+static size_t node_count(hetab_lobe_size size) {
+  return (size_t)size.rays * (size_t)size.nodes;
+}
+
 /* Directions of all nodes of one angle. */
-static void aim(double theta, int rays, float (*fixed)[3], float (*other)[3]) {
-  for (int ray = 0; ray < rays; ray++) {
-    double psi = pi * ray / (rays - 1), reach = hetab_lobe_reach(theta, cos(psi));
-    for (int n = 0; n < NODES; n++) {
-      double r = reach * hetab_lobe_place((double)n / (NODES - 1));
+static void aim(double theta, hetab_lobe_size size, float (*fixed)[3], float (*other)[3]) {
+  for (int ray = 0; ray < size.rays; ray++) {
+    double psi = pi * ray / (size.rays - 1), reach = hetab_lobe_reach(theta, cos(psi));
+    for (int n = 0; n < size.nodes; n++) {
+      double r = reach * hetab_lobe_place((double)n / (size.nodes - 1));
       double q[2] = {-sin(theta) + r * cos(psi), r * sin(psi)};
-      size_t at = (size_t)(ray * NODES + n);
+      size_t at = (size_t)(ray * size.nodes + n);
       direction(q, other[at]);
       fixed[at][0] = (float)sin(theta);
       fixed[at][1] = 0;
@@ -65,14 +75,14 @@ static hetab_lobe_node make_node(const float rgb[3]) {
 }
 
 static hetab_status fill_angle(hetab_context *ctx, const hetab_view_source *source, double theta,
-                               int rays, int fixed_is_wo, hetab_lobe_node *nodes) {
-  size_t count = (size_t)rays * NODES;
+                               hetab_lobe_size size, int fixed_is_wo, hetab_lobe_node *nodes) {
+  size_t count = node_count(size);
   hetab_status status = HETAB_ERR_MEMORY;
   float(*memory)[3] = hetab_alloc(ctx, 3 * count, sizeof *memory);
   if (!memory)
     return status;
   float(*fixed)[3] = memory, (*other)[3] = memory + count, (*rgb)[3] = memory + 2 * count;
-  aim(theta, rays, fixed, other);
+  aim(theta, size, fixed, other);
   status = fixed_is_wo ? source->eval(ctx, source, count, (const float(*)[3])other,
                                       (const float(*)[3])fixed, rgb)
                        : source->eval(ctx, source, count, (const float(*)[3])fixed,
@@ -84,18 +94,18 @@ static hetab_status fill_angle(hetab_context *ctx, const hetab_view_source *sour
 }
 
 hetab_status hetab_lobe_table_create(hetab_context *ctx, const hetab_view_source *source,
-                                     const double *theta, size_t count, int rays, int fixed_is_wo,
-                                     hetab_lobe_table *table) {
+                                     const double *theta, size_t count, hetab_lobe_size size,
+                                     int fixed_is_wo, hetab_lobe_table *table) {
   hetab_status status = HETAB_ERR_MEMORY;
-  *table = (hetab_lobe_table){.count = count, .rays = rays};
+  *table = (hetab_lobe_table){.count = count, .size = size};
   table->theta = hetab_alloc(ctx, count, sizeof *table->theta);
-  table->nodes = hetab_alloc(ctx, count * (size_t)rays * NODES, sizeof *table->nodes);
+  table->nodes = hetab_alloc(ctx, count * node_count(size), sizeof *table->nodes);
   if (!table->theta || !table->nodes)
     goto done;
   memcpy(table->theta, theta, count * sizeof *theta);
   for (size_t i = 0; i < count; i++)
-    HETAB_GOTO(fill_angle(ctx, source, theta[i], rays, fixed_is_wo,
-                          table->nodes + i * (size_t)rays * NODES));
+    HETAB_GOTO(
+        fill_angle(ctx, source, theta[i], size, fixed_is_wo, table->nodes + i * node_count(size)));
   return HETAB_OK;
 done:
   hetab_lobe_table_clear(table);
@@ -110,25 +120,35 @@ void hetab_lobe_table_clear(hetab_lobe_table *table) {
 
 /* ---- interpolation ------------------------------------------------------------------------- */
 
-static void add_node(hetab_lobe_node *sum, const hetab_lobe_node *node, double weight) {
-  sum->log += (float)weight * node->log;
+/* A ray: a cubic through four nodes (Catmull and Rom's) for the logarithm, a line for the colour.
+ */
+static void add_ray(const hetab_lobe_node *nodes, int count, double node, double weight,
+                    hetab_lobe_node *sum) {
+  int k = node < count - 2 ? (int)node : count - 2;
+  double t = node - k;
+  double before = (double)nodes[k > 0 ? k - 1 : 0].log, from = (double)nodes[k].log;
+  double to = (double)nodes[k + 1].log, after = (double)nodes[k + 2 < count ? k + 2 : k + 1].log;
+  double slope0 = k > 0 ? (to - before) / 2 : to - from;
+  double slope1 = k + 2 < count ? (after - from) / 2 : to - from;
+  double t2 = t * t, t3 = t2 * t;
+  sum->log += (float)(weight * ((2 * t3 - 3 * t2 + 1) * from + (t3 - 2 * t2 + t) * slope0 +
+                                (3 * t2 - 2 * t3) * to + (t3 - t2) * slope1));
   for (int c = 0; c < 3; c++)
-    sum->ratio[c] += (float)weight * node->ratio[c];
+    sum->ratio[c] +=
+        (float)(weight * ((1 - t) * (double)nodes[k].ratio[c] + t * (double)nodes[k + 1].ratio[c]));
 }
 
 /* The table's angle number i, at polar coordinates about its mirror point. */
 static void add_angle(const hetab_lobe_table *table, size_t i, double r, double psi, double reach,
                       double weight, hetab_lobe_node *sum) {
-  const hetab_lobe_node *nodes = table->nodes + i * (size_t)table->rays * NODES;
-  double ray = psi / pi * (table->rays - 1), node = node_of(fmin(reach > 0 ? r / reach : 1, 1));
-  int ray0 = ray < table->rays - 2 ? (int)ray : table->rays - 2,
-      node0 = node < NODES - 2 ? (int)node : NODES - 2;
-  double u = ray - ray0, v = node - node0;
-  const hetab_lobe_node *corner = nodes + ray0 * NODES + node0;
-  add_node(sum, corner, weight * (1 - u) * (1 - v));
-  add_node(sum, corner + 1, weight * (1 - u) * v);
-  add_node(sum, corner + NODES, weight * u * (1 - v));
-  add_node(sum, corner + NODES + 1, weight * u * v);
+  const hetab_lobe_node *nodes = table->nodes + i * node_count(table->size);
+  int count = table->size.nodes;
+  double ray = psi / pi * (table->size.rays - 1);
+  double node = node_of(fmin(reach > 0 ? r / reach : 1, 1), count);
+  int ray0 = ray < table->size.rays - 2 ? (int)ray : table->size.rays - 2;
+  double u = ray - ray0;
+  add_ray(nodes + ray0 * count, count, node, weight * (1 - u), sum);
+  add_ray(nodes + (ray0 + 1) * count, count, node, weight * u, sum);
 }
 
 void hetab_lobe_table_eval(const hetab_lobe_table *table, double theta, const double q[2],

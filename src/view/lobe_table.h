@@ -6,7 +6,10 @@
 
 #include "view/source.h"
 
-enum { HETAB_LOBE_NODES = 56 }; /* of a ray */
+/* Rays over half a turn, and nodes of a ray; 2 or more. */
+typedef struct hetab_lobe_size {
+  int rays, nodes;
+} hetab_lobe_size;
 
 /* log: of a luminance above 0; ratio: the colour over it. */
 typedef struct hetab_lobe_node {
@@ -15,15 +18,15 @@ typedef struct hetab_lobe_node {
 
 typedef struct hetab_lobe_table {
   size_t count;
-  int rays;               /* 2 or more, over half a turn */
+  hetab_lobe_size size;
   double *theta;          /* [count], radians, ascending */
-  hetab_lobe_node *nodes; /* [count][rays][HETAB_LOBE_NODES] */
+  hetab_lobe_node *nodes; /* [count][size.rays][size.nodes] */
 } hetab_lobe_table;
 
 /* For theta[count]. fixed_is_wo: theta is the viewer's, else the light's. */
 hetab_status hetab_lobe_table_create(hetab_context *ctx, const hetab_view_source *source,
-                                     const double *theta, size_t count, int rays, int fixed_is_wo,
-                                     hetab_lobe_table *table);
+                                     const double *theta, size_t count, hetab_lobe_size size,
+                                     int fixed_is_wo, hetab_lobe_table *table);
 void hetab_lobe_table_clear(hetab_lobe_table *table);
 
 /* rgb for the fixed direction at theta and azimuth 0, and the other one at lateral cosines q. */

@@ -9,8 +9,8 @@
 static const double pi = 3.14159265358979323846;
 
 enum { UNITS = 1280, MARGIN = 44, HEAD = 112, CAPTION = 34, ROW_GAP = 38 };
-enum { SPHERE_SIDE = 400, SPHERE_ALONE = 900, PLOT_HEIGHT = 400, PLOT_ALONE = 640 };
-enum { AXIS_LEFT = 66, AXIS_BELOW = 52, MAP_GAP = 18, SCALE_WIDTH = 112, MAP_MOST = 420 };
+enum { SPHERE_SIDE = 400, SPHERE_ALONE = UNITS - 2 * MARGIN, PLOT_HEIGHT = 400, PLOT_ALONE = 640 };
+enum { AXIS_LEFT = 66, AXIS_BELOW = 52, MAP_GAP = 18, SCALE_WIDTH = 112, MAP_MOST = 520 };
 enum { MAP_BELOW = 44, FOOT = 30 };
 
 static const hetab_colour paper = {1, 1, 1}, dark = {0.11f, 0.13f, 0.15f},
@@ -97,10 +97,10 @@ static double encode_srgb(double linear) {
   return linear <= 0.0031308 ? 12.92 * linear : 1.055 * pow(linear, 1 / 2.4) - 0.055;
 }
 
-/* Straight up to the knee, then a long shoulder that keeps the shape of highlights. */
+/* Straight up to the knee, then a long shoulder, as smooth, that keeps the shape of highlights. */
 static double shoulder(double x) {
-  const double knee = 0.5, length = 1.6;
-  return x <= knee ? x : 1 - (1 - knee) * exp(-(x - knee) / length);
+  const double knee = 0.5, over = x - knee;
+  return over <= 0 ? x : knee + (1 - knee) * over / (over + 1 - knee);
 }
 
 static hetab_colour develop(const float rgb[3], double gain) {
@@ -377,7 +377,7 @@ hetab_status hetab_page_draw(hetab_context *ctx, const hetab_view *view, hetab_c
   HETAB_TRY(hetab_canvas_create(ctx, view->width, height, paper, canvas));
   draw_head(&p);
   if (view->sphere)
-    draw_sphere(&p, view->what == HETAB_VIEW_SPHERE ? (UNITS - SPHERE_ALONE) / 2 : MARGIN, HEAD);
+    draw_sphere(&p, MARGIN, HEAD);
   if (view->lobes[0])
     draw_lobes(&p, view->sphere ? MARGIN + SPHERE_SIDE + 40 : MARGIN, HEAD);
   if (view->maps[0])

@@ -6,7 +6,7 @@
 
 #include "view/lobe_table.h"
 
-enum { HETAB_LOBE_POINTS = 481 };
+enum { HETAB_LOBE_POINTS = 479 };
 
 /* The sphere's radius over its image's side. */
 #define HETAB_SPHERE_RADIUS 0.46

@@ -7,10 +7,12 @@
 #include "view/pictures.h"
 
 /* Angles of the viewer in the table, and nodes of the dome's integrals. */
-enum { ANGLES = 28, RAYS = 17, DOME_RAYS = 24, DOME_NODES = 48 };
+enum { ANGLES = 24, DOME_RAYS = 24, DOME_NODES = 48 };
 enum { RINGS = 5, DISC = 1 + 3 * RINGS * (RINGS + 1) };
 
 static const double pi = 3.14159265358979323846;
+
+static const hetab_lobe_size table_size = {17, 56};
 
 typedef struct vec {
   double x, y, z;
@@ -197,7 +199,7 @@ static void place_angles(double theta[ANGLES]) {
 static hetab_status make_scene(hetab_context *ctx, const hetab_view_source *source, scene *s) {
   double theta[ANGLES];
   place_angles(theta);
-  HETAB_TRY(hetab_lobe_table_create(ctx, source, theta, ANGLES, RAYS, 1, &s->table));
+  HETAB_TRY(hetab_lobe_table_create(ctx, source, theta, ANGLES, table_size, 1, &s->table));
   for (int i = 0; i < ANGLES; i++) {
     s->dome[i] = integrate_dome(&s->table, theta[i]);
     HETAB_TRY(source->specular(ctx, source, theta[i], s->specular[i]));

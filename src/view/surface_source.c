@@ -12,6 +12,8 @@
 
 enum { BATCH = 1 << 16 }; /* points */
 
+static const double half_pi = 1.57079632679489661923;
+
 hetab_status hetab_view_weights(hetab_context *ctx, const double *lambda_um, size_t count,
                                 double (*weights)[3]) {
   HETAB_TRY(hetab_xyz_weights(ctx, lambda_um, count, weights));
@@ -31,12 +33,17 @@ void hetab_view_colour(const hetab_view_source *source, const double *channels, 
   }
 }
 
+/* Without the digits that an arc cosine loses near the normal. */
+static double polar_angle(const float w[3]) {
+  return fmin(atan2(hypot((double)w[0], (double)w[1]), (double)w[2]), half_pi);
+}
+
 static hetab_point point_of(const hetab_view_source *s, const hetab_band *band, const float wi[3],
                             const float wo[3]) {
   double phi = atan2((double)wo[1], (double)wo[0]) - atan2((double)wi[1], (double)wi[0]);
   return (hetab_point){.lambda_um = band->lambda_um,
-                       .theta_i = acos(fmin((double)wi[2], 1)),
-                       .theta_r = acos(fmin((double)wo[2], 1)),
+                       .theta_i = polar_angle(wi),
+                       .theta_r = polar_angle(wo),
                        .phi = phi,
                        .sigma0_um = s->sigma0_um,
                        .tau_um = s->tau_um,

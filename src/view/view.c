@@ -7,7 +7,7 @@
 
 #include "core/context.h"
 
-enum { LEAST_WIDTH = 320, MOST_WIDTH = 8192, DEFAULT_WIDTH = 1280 };
+enum { LEAST_WIDTH = 640, MOST_WIDTH = 8192, DEFAULT_WIDTH = 1280 };
 
 static const double degree = 3.14159265358979323846 / 180;
 
