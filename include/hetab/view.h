@@ -8,7 +8,7 @@
  * Sphere: orthographic, of radius 0.46 of its image, under two distant lights and a dome, each
  * white: discs of 12 and 9 degrees radius that give an irradiance of 2.0 and 1.0 from (-0.5, 0.62,
  * 0.6) and (0.82, 0.25, -0.51), and radiance 0.32 + 0.22 y from direction y (x right, y up, z to
- * the viewer). A white Lambertian sphere facing both would be about 1. The specular delta reflects
+ * the viewer). A white Lambertian surface that faces the first is about 1. The delta reflects
  * all three.
  *
  * Error (tests/test_view.c): lobes are the model's, in float to 3e-5, or the table's own values.
