@@ -56,7 +56,7 @@ test: setup ## set up, build and run every test
 	@sh scripts/run_tests $(BUILD)
 
 .PHONY: tests
-tests: $(TESTS)
+tests: $(TESTS) $(BUILD)/tests/exr_readback
 
 .PHONY: bench
 bench: setup ## speed against error of every method, with plots, in out/
@@ -161,6 +161,10 @@ $(BUILD)/path_tracer: tests/gallery/path_tracer.c $(BUILD)/libhetab.a
 $(BUILD)/tests/bench/%: $(BUILD)/tests/bench/%.o $(BUILD)/libhetab.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS_ALL) $(LDFLAGS) -o $@ $^ $(LIBS)
+
+$(BUILD)/tests/exr_readback: tests/exr_readback.cc
+	@mkdir -p $(@D)
+	$(CXX) -std=c++17 -O2 -Wall -Wextra -o $@ $< -ltinyexr
 
 .SECONDARY: $(TEST_OBJECTS)
 

@@ -11,7 +11,9 @@
 #include <hetab/rgl.h>
 #include <hetab/tabulate.h>
 #include <hetab/table.h>
+#include <hetab/exr.h>
 #include <hetab/reflectance.h>
+#include <hetab/view.h>
 #include <hetab/audit.h>
 #include <hetab/roughness.h>
 #include <hetab/measurements.h>
