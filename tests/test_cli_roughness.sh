@@ -296,7 +296,8 @@ check "auto plots it" grep -q 'Slope against cut-off' auto.html
 printf 'z_nm\n%s\n' "$(seq 1 500 | awk '{print 100*sin($1/7)}')" >plain.csv
 works "unit of the spacing" roughness plain.csv --spacing 0.5 --json --level none
 check "nm to um" json "abs(d['raw']['sigma_um']['average'] - 0.0707) < 0.001 and \
-d['scans'][0]['spacing_um'] == 0.5 and d['small'] is None and d['cutoff_scan'] is None"
+d['scans'][0]['spacing_um'] == 0.5 and d['small'] is None and d['cutoff_scan'] is None and \
+d['raw']['non_uniformity'] is None"
 
 # ---- published rows -----------------------------------------------------------------------------
 
