@@ -18,7 +18,7 @@
  * Samples that leave the hemisphere are lost (density 0, weight 0): the density integrates to the
  * probability that a sample is kept, not to 1.
  *
- * Error: densities are exact to 1e-9, relative, above e^-90 times the lobe's peak and 0 below
+ * Error: densities are exact to 1e-7, relative, above e^-90 times the lobe's peak and 0 below
  * e^-100; values are the model's in double. Chi-square tests, mean weights against the reference
  * rho_dd, and what is kept: tests/test_sampler.c, which prints the efficiency of each surface and
  * incidence.
