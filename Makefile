@@ -56,7 +56,7 @@ test: setup ## set up, build and run every test
 	@sh scripts/run_tests $(BUILD)
 
 .PHONY: tests
-tests: $(TESTS)
+tests: $(TESTS) $(BUILD)/tests/exr_readback
 
 .PHONY: bench
 bench: setup ## speed against error of every method, with plots, in out/
@@ -75,6 +75,11 @@ bench: setup ## speed against error of every method, with plots, in out/
 gallery-c: setup ## draw out/gallery/path_tracer.png with the look-up library
 	@$(MAKE) --no-print-directory -s build $(BUILD)/path_tracer
 	@scripts/gallery_path_tracer $(BUILD) out/gallery
+
+.PHONY: figures
+figures: setup ## redraw what the report's figures show, in out/figures
+	@$(MAKE) --no-print-directory -s build
+	@scripts/figures $(BUILD)/hetab out/figures
 
 .PHONY: asan
 asan: setup ## run the tests under AddressSanitizer and UndefinedBehaviorSanitizer
@@ -156,6 +161,10 @@ $(BUILD)/path_tracer: tests/gallery/path_tracer.c $(BUILD)/libhetab.a
 $(BUILD)/tests/bench/%: $(BUILD)/tests/bench/%.o $(BUILD)/libhetab.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS_ALL) $(LDFLAGS) -o $@ $^ $(LIBS)
+
+$(BUILD)/tests/exr_readback: tests/exr_readback.cc
+	@mkdir -p $(@D)
+	$(CXX) -std=c++17 -O2 -Wall -Wextra -o $@ $< -ltinyexr
 
 .SECONDARY: $(TEST_OBJECTS)
 

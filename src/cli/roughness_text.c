@@ -190,12 +190,14 @@ void roughness_yaml(FILE *out, const hetab_roughness *r, const char *name, const
   yaml_bounds(out, "sigma0_um", &c->sigma_um);
   yaml_bounds(out, "tau_um", &c->tau_um);
   yaml_bounds(out, "slope", &c->slope);
-  if (c->count > 1)
-    fprintf(out, "# non_uniformity: %.3f\n# sigma0_um times 1 -+ non_uniformity: [%.4g, %.4g]\n",
-            c->non_uniformity, c->sigma_um.mean * (1 - c->non_uniformity),
-            c->sigma_um.mean * (1 + c->non_uniformity));
   fprintf(out, "name: \"%s\"\nsigma0_um: %.5g\ntau_um: %.5g\nindex: %s\n", name, c->sigma_um.mean,
           c->tau_um.mean, index);
+  /* The spread that `hetab predict` takes; below 1e-4 rounding would put the value outside. */
+  if (c->count > 1 && c->non_uniformity > 1e-4 && c->non_uniformity < 1)
+    fprintf(out,
+            "# sigma0_um times 1 -+ the non-uniformity, %.3f\nsigma0_bounds_um: [%.6g, %.6g]\n",
+            c->non_uniformity, c->sigma_um.mean * (1 - c->non_uniformity),
+            c->sigma_um.mean * (1 + c->non_uniformity));
 }
 
 /* ---- published rows ------------------------------------------------------------------------ */
