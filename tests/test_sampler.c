@@ -436,6 +436,44 @@ static void test_bands(void **state) {
   hetab_engine_free(engine);
 }
 
+/* A hero in the middle serves 400 to 700 nm: smooth surfaces are the hard ones. */
+static void test_hero(void **state) {
+  enum { COUNT = 20000, BANDS = 3 };
+  static const double lambda_um[BANDS] = {0.4, 0.55, 0.7}, sigmas[] = {0.02, 0.05, 0.13, 0.3};
+  hetab_context *ctx = *state;
+  uint64_t seed = 6;
+  double least = 1;
+  for (int s = 0; s < 4; s++) {
+    hetab_surface *surface;
+    hetab_model_sampler *sampler;
+    assert_ok(ctx, hetab_surface_create(ctx, sigmas[s], 4, N_AL, K_AL, lambda_um, BANDS, &surface));
+    assert_ok(ctx, hetab_model_sampler_create(ctx, surface, 1, &sampler));
+    for (int deg = 30; deg <= 80; deg += 50) {
+      double sum[BANDS] = {0}, sum2[BANDS] = {0}, wi[3], wo[3], weight[BANDS];
+      direction(deg * M_PI / 180, 0, wi);
+      for (int i = 0; i < COUNT; i++) {
+        double u[3] = {uniform(&seed, 0, 1), uniform(&seed, 0, 1), uniform(&seed, 0, 1)};
+        hetab_model_sampler_sample(sampler, wi, u, wo, weight);
+        for (int b = 0; b < BANDS; b++) {
+          sum[b] += weight[b];
+          sum2[b] += weight[b] * weight[b];
+        }
+      }
+      print_message(
+          "  sigma0 %.2f, %d deg, 550 nm sampled; effective at 400, 550, 700 nm:", sigmas[s], deg);
+      for (int b = 0; b < BANDS; b++) {
+        double effective = sum[b] * sum[b] / sum2[b] / COUNT;
+        least = fmin(least, effective);
+        print_message(" %.2f", effective);
+      }
+      print_message("\n");
+    }
+    hetab_model_sampler_free(sampler);
+    hetab_surface_free(surface);
+  }
+  assert_true(least > 0.5);
+}
+
 /* ---- values --------------------------------------------------------------------------------- */
 
 /* Against the literal equations, and densities as sampled against densities as asked for. */
@@ -580,6 +618,7 @@ int main(void) {
       TEST(test_mean_weight_golden),
       TEST(test_mean_weight),
       TEST(test_bands),
+      TEST(test_hero),
       TEST(test_eval),
       TEST(test_lobe),
       TEST(test_edges),
