@@ -6,6 +6,9 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "model/model.h"
+#include "sampler/lobe.h"
+
 /* Al at 550 nm. */
 static const double N_AL = 0.958, K_AL = 6.69, LAMBDA_UM = 0.55;
 
@@ -433,6 +436,44 @@ static void test_bands(void **state) {
   hetab_engine_free(engine);
 }
 
+/* A hero in the middle serves 400 to 700 nm: smooth surfaces are the hard ones. */
+static void test_hero(void **state) {
+  enum { COUNT = 20000, BANDS = 3 };
+  static const double lambda_um[BANDS] = {0.4, 0.55, 0.7}, sigmas[] = {0.02, 0.05, 0.13, 0.3};
+  hetab_context *ctx = *state;
+  uint64_t seed = 6;
+  double least = 1;
+  for (int s = 0; s < 4; s++) {
+    hetab_surface *surface;
+    hetab_model_sampler *sampler;
+    assert_ok(ctx, hetab_surface_create(ctx, sigmas[s], 4, N_AL, K_AL, lambda_um, BANDS, &surface));
+    assert_ok(ctx, hetab_model_sampler_create(ctx, surface, 1, &sampler));
+    for (int deg = 30; deg <= 80; deg += 50) {
+      double sum[BANDS] = {0}, sum2[BANDS] = {0}, wi[3], wo[3], weight[BANDS];
+      direction(deg * M_PI / 180, 0, wi);
+      for (int i = 0; i < COUNT; i++) {
+        double u[3] = {uniform(&seed, 0, 1), uniform(&seed, 0, 1), uniform(&seed, 0, 1)};
+        hetab_model_sampler_sample(sampler, wi, u, wo, weight);
+        for (int b = 0; b < BANDS; b++) {
+          sum[b] += weight[b];
+          sum2[b] += weight[b] * weight[b];
+        }
+      }
+      print_message(
+          "  sigma0 %.2f, %d deg, 550 nm sampled; effective at 400, 550, 700 nm:", sigmas[s], deg);
+      for (int b = 0; b < BANDS; b++) {
+        double effective = sum[b] * sum[b] / sum2[b] / COUNT;
+        least = fmin(least, effective);
+        print_message(" %.2f", effective);
+      }
+      print_message("\n");
+    }
+    hetab_model_sampler_free(sampler);
+    hetab_surface_free(surface);
+  }
+  assert_true(least > 0.5);
+}
+
 /* ---- values --------------------------------------------------------------------------------- */
 
 /* Against the literal equations, and densities as sampled against densities as asked for. */
@@ -472,6 +513,37 @@ static void test_eval(void **state) {
   }
   assert_worst("eval against the literal equations", &w, TOL_SAMPLER_EVAL, TOL_BELOW_FLOOR);
   assert_below("density asked for", worst_density, TOL_SAMPLER_DENSITY);
+}
+
+/* A lobe of the series: its density against the series itself, and against the sum of the Gaussians
+ * that are drawn. */
+static void test_lobe(void **state) {
+  static const double gs[] = {1e-6, 0.03, 0.7, 5, 39.9, 40.1, 43, 300, 2000};
+  static hetab_lobe lobe;
+  double worst_series = 0, worst_sum = 0;
+  uint64_t seed = 8;
+  for (size_t i = 0; i < sizeof gs / sizeof *gs; i++) {
+    double wave_x = log_uniform(&seed, 3, 1e5), top = hetab_ln_h(gs[i], 0);
+    hetab_lobe_series(&lobe, gs[i], wave_x);
+    for (int k = 0; k < 1000; k++) {
+      double root = uniform(&seed, 0, lobe.end), x = root * root, ln_h = hetab_ln_h(gs[i], x);
+      /* far enough from the rim for the image of the sample to be on the disc */
+      hetab_lobe_pair pair = {1, 0, sqrt(fmax(1 - x / wave_x, 0)), x / wave_x};
+      if (ln_h < top - 90 || 2 * (1 - pair.lateral2) <= pair.mu_r * pair.mu_r || !(pair.mu_r > 0))
+        continue;
+      double density = hetab_lobe_density(&lobe, &pair) / pair.mu_r, sum = 0;
+      double series = wave_x / M_PI * gs[i] / -expm1(-gs[i]) * exp(ln_h);
+      worst_series = fmax(worst_series, relative_error(density, series));
+      for (size_t m = 0; m < lobe.terms; m++) {
+        double share = lobe.cumulative[m] - (m ? lobe.cumulative[m - 1] : 0);
+        sum += share * wave_x / (M_PI * lobe.m[m]) * exp(-x / lobe.m[m]);
+      }
+      if (ln_h > top - 25)
+        worst_sum = fmax(worst_sum, relative_error(sum, series));
+    }
+  }
+  assert_below("density against the series", worst_series, TOL_SAMPLER_LOBE);
+  assert_below("Gaussians against the series", worst_sum, TOL_SAMPLER_TERMS);
 }
 
 static void test_edges(void **state) {
@@ -546,7 +618,9 @@ int main(void) {
       TEST(test_mean_weight_golden),
       TEST(test_mean_weight),
       TEST(test_bands),
+      TEST(test_hero),
       TEST(test_eval),
+      TEST(test_lobe),
       TEST(test_edges),
       TEST(test_bad_input),
       TEST(test_speed),

@@ -143,6 +143,10 @@
 #define TOL_SAMPLER_EVAL 1e-9
 /* measured 1.3e-13; |q_i + q_r|^2 from the directions, where a needle's lobe is 1e-3 wide */
 #define TOL_SAMPLER_DENSITY 1e-10
+/* measured 8.1e-8; ln h by cubics between 640 knots, down to e^-90 */
+#define TOL_SAMPLER_LOBE 2e-7
+/* measured 3.6e-9; the nodes of the integral over m, down to e^-25 */
+#define TOL_SAMPLER_TERMS 1e-8
 
 /* --- Look-ups --- */
 /* measured 2.4e-3 (NGGAL, HDF5, 75 degrees), else 1.3e-3; relative L1 over directions weighed with

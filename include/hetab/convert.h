@@ -5,7 +5,8 @@
  * linear sRGB a table is integrated under D65 for the CIE 1931 observer (they have to reach from
  * 400 to 700 nm in steps of 10 nm or less); components outside the gamut become 0 and are counted.
  * From linear sRGB no spectrum is made up: HDF5 then has three channels in place of wavelengths, on
- * the axis `channel`, and no n, k and uniform_diffuse (NaN); every command but `audit` reads it.
+ * the axis `channel`, and no n, k and uniform_diffuse (NaN); look-ups and `hetab view` read
+ * it, what needs a spectrum refuses it.
  *
  * What the input is at a direction: its interpolated value, as hetab_lookup_eval() gives it.
  * Measured MERL tables have holes: cells marked invalid, negative or not numbers. They are filled

@@ -20,7 +20,7 @@ typedef enum hetab_lobe_kind {
   HETAB_LOBE_COSINE
 } hetab_lobe_kind;
 
-enum { HETAB_LOBE_TERMS = 128, HETAB_LOBE_KNOTS = 384 };
+enum { HETAB_LOBE_TERMS = 128, HETAB_LOBE_KNOTS = 640 };
 
 typedef struct hetab_lobe {
   hetab_lobe_kind kind;
