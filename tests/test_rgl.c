@@ -759,67 +759,96 @@ static void test_foreign(void **state) {
   refuse(ctx, &file, HETAB_ERR_PARSE, "wavelengths: number 2");
 }
 
-/* What another parser, by the format's description alone, finds in a file of ours. */
+/* One field as another parser, by the format's description alone, finds it at *at. */
+static field parse_field(const unsigned char *data, size_t *at) {
+  static char names[16][32];
+  static size_t next;
+  char *name = names[next++ % 16];
+  uint16_t length, ndim;
+  uint64_t offset;
+  memcpy(&length, data + *at, 2);
+  assert_true(length > 0 && length < sizeof names[0]);
+  memcpy(name, data + *at + 2, length);
+  name[length] = '\0';
+  *at += 2u + length;
+  memcpy(&ndim, data + *at, 2);
+  memcpy(&offset, data + *at + 3, 8);
+  field f = {.name = name, .type = data[*at + 2], .ndim = ndim, .data = data + offset};
+  assert_true(ndim <= 5 && offset % 8 == 0 && (f.type == U8 || f.type == F32));
+  memcpy(f.shape, data + *at + 11, 8u * ndim);
+  *at += 11 + 8u * ndim;
+  return f;
+}
+
+static void assert_field(const field *f, const char *name, unsigned ndim, const uint64_t *shape) {
+  assert_string_equal(f->name, name);
+  assert_int_equal(f->ndim, ndim);
+  for (unsigned d = 0; d < ndim; d++)
+    assert_int_equal(f->shape[d], shape[d]);
+}
+
+/* A file of ours: names, types, shapes, and data that follow each other up to the end. */
 static void test_container(void **state) {
   hetab_context *ctx = *state;
   hetab_rgl_report report;
   char path[64];
-  size_t size, at = 18, end = 0;
+  size_t size, at = 18;
   hetab_rgl *rgl = tabulate(ctx, "NGGAL", 0.55, 0.1, &report);
   assert_ok(ctx, hetab_rgl_save(ctx, rgl, temporary(path), 1));
-  unsigned char *data = read_whole(path, &size);
+  unsigned char *data = read_whole(path, &size), *end = data;
   uint32_t count;
   memcpy(&count, data + 14, 4);
   assert_memory_equal(data, "tensor_file\0\1\0", 14);
   assert_int_equal(count, 10);
-  static const char *const names[] = {"description", "jacobian", "phi_i", "theta_i",
-                                      "ndf",         "sigma",    "vndf",  "luminance",
-                                      "wavelengths", "spectra"};
-  const unsigned dims[] = {1, 1, 1, 1, 2, 2, 4, 4, 1, 5};
   const uint64_t t = report.theta_i_count, n = report.ndf_count, r = report.resolution;
-  const uint64_t shapes[10][5] = {{0},
-                                  {1},
-                                  {1},
-                                  {t},
-                                  {2, n},
-                                  {2, n},
-                                  {1, t, 32, report.vndf_count},
-                                  {1, t, r, r},
-                                  {1},
-                                  {1, t, 1, r, r}};
+  field f[10];
   for (uint32_t i = 0; i < count; i++) {
-    uint16_t length, ndim;
-    uint64_t offset, bytes;
-    memcpy(&length, data + at, 2);
-    assert_int_equal(length, strlen(names[i]));
-    assert_memory_equal(data + at + 2, names[i], length);
-    at += 2u + length;
-    memcpy(&ndim, data + at, 2);
-    memcpy(&offset, data + at + 3, 8);
-    assert_int_equal(ndim, dims[i]);
-    assert_int_equal(data[at + 2], i < 2 ? U8 : F32);
-    bytes = i < 2 ? 1 : 4;
-    for (unsigned d = 0; d < ndim; d++) {
-      uint64_t extent;
-      memcpy(&extent, data + at + 11 + 8 * d, 8);
-      if (i > 0)
-        assert_int_equal(extent, shapes[i][d]);
-      bytes *= extent;
-    }
-    at += 11 + 8u * ndim;
-    assert_true(offset % 8 == 0 && offset >= end && offset + bytes <= size);
-    end = offset + bytes;
-    float first, last;
-    memcpy(&first, data + offset, 4);
-    memcpy(&last, data + end - 4, 4);
-    if (i == 3)
-      assert_true(first == 0.0f && last == (float)M_PI_2);
-    if (i == 1)
-      assert_int_equal(data[offset], 1);
+    f[i] = parse_field(data, &at);
+    assert_int_equal(f[i].type, i < 2 ? U8 : F32);
+    assert_true((const unsigned char *)f[i].data >= end);
+    end = data + ((const unsigned char *)f[i].data - data) + field_size(&f[i]);
   }
-  assert_int_equal(end, size);
+  assert_true(end == data + size);
+  assert_field(&f[0], "description", 1, f[0].shape);
+  assert_field(&f[1], "jacobian", 1, (uint64_t[]){1});
+  assert_field(&f[2], "phi_i", 1, (uint64_t[]){1});
+  assert_field(&f[3], "theta_i", 1, (uint64_t[]){t});
+  assert_field(&f[4], "ndf", 2, (uint64_t[]){2, n});
+  assert_field(&f[5], "sigma", 2, (uint64_t[]){2, n});
+  assert_field(&f[6], "vndf", 4, (uint64_t[]){1, t, 32, report.vndf_count});
+  assert_field(&f[7], "luminance", 4, (uint64_t[]){1, t, r, r});
+  assert_field(&f[8], "wavelengths", 1, (uint64_t[]){1});
+  assert_field(&f[9], "spectra", 5, (uint64_t[]){1, t, 1, r, r});
+  const float *theta = f[3].data;
+  assert_true(theta[0] == 0.0f && theta[t - 1] == (float)M_PI_2);
+  assert_true(*(const unsigned char *)f[1].data == 1 && *(const float *)f[8].data == 550.0f);
   free(data);
   unlink(path);
+  hetab_rgl_free(rgl);
+}
+
+/* Normal and grazing incidence, mirror and retro-reflection, the ends of u: nothing but numbers. */
+static void test_edges(void **state) {
+  static const float z[] = {1.0f, 0.99999994f, 0.9999f, 0.5f, 1e-3f, 1e-6f, 1e-30f};
+  enum { COUNT = sizeof z / sizeof *z };
+  hetab_rgl_report report;
+  hetab_rgl *rgl = tabulate(*state, "NGGAL", 0.55, 0.1, &report);
+  for (size_t k = 0; k < COUNT * COUNT * 4; k++) {
+    float phi = (float)(M_PI_2 * (double)(k % 4)), f, pdf, u[2] = {z[k / 4 % COUNT], 0.0f},
+          drawn[3];
+    float zi = z[k / 4 % COUNT], zo = z[k / 4 / COUNT];
+    float wi[3] = {sqrtf(1 - zi * zi), 0.0f, zi};
+    float wo[3] = {sqrtf(1 - zo * zo) * cosf(phi), sqrtf(1 - zo * zo) * sinf(phi), zo};
+    u[0] = fminf(u[0], 0x1.fffffep-1f);
+    hetab_rgl_eval(rgl, wi, wo, &f);
+    pdf = hetab_rgl_pdf(rgl, wi, wo);
+    assert_true(f >= 0 && pdf >= 0 && isfinite(pdf) && (isfinite(f) || zo < 1e-6f));
+    pdf = hetab_rgl_sample(rgl, wi, u, drawn);
+    assert_true(pdf >= 0 && isfinite(pdf));
+    if (pdf > 0)
+      assert_true(fabsf(drawn[0] * drawn[0] + drawn[1] * drawn[1] + drawn[2] * drawn[2] - 1) <
+                  1e-5f);
+  }
   hetab_rgl_free(rgl);
 }
 
@@ -829,6 +858,7 @@ int main(void) {
       TEST(test_round_trip),     TEST(test_samples),         TEST(test_model_source),
       TEST(test_presets),        TEST(test_needle),          TEST(test_lambertian),
       TEST(test_hostile_header), TEST(test_hostile_numbers), TEST(test_hostile_shapes),
-      TEST(test_corrupted),      TEST(test_no_file),         TEST(test_foreign)};
+      TEST(test_corrupted),      TEST(test_no_file),         TEST(test_edges),
+      TEST(test_foreign)};
   return cmocka_run_group_tests_name("RGL tables", tests, NULL, NULL);
 }
