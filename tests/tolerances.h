@@ -156,4 +156,19 @@
 /* measured 5e-5; share of samples: the test's integral of a density with steps */
 #define TOL_LOOKUP_LOST 5e-4
 
+/* --- RGL tables --- */
+/* measured 2.0e-5; two float evaluations of the same rule */
+#define TOL_RGL_MITSUBA 1e-3
+#define TOL_RGL_MITSUBA_PDF 1e-3
+#define TOL_RGL_MITSUBA_SAMPLE 1e-3
+/* */
+#define TOL_RGL_CHI_SQUARE 4
+/* the bounds */
+#define TOL_RGL_L1 0.01
+#define TOL_RGL_BIAS 0.003
+/* */
+#define TOL_RGL_SOURCE 1e-3
+/* */
+#define TOL_RGL_FILE 1e-4
+
 #endif
