@@ -148,6 +148,7 @@
 /* measured 3.6e-9; the nodes of the integral over m, down to e^-25 */
 #define TOL_SAMPLER_TERMS 1e-8
 
+
 /* --- Look-ups --- */
 /* measured 2.4e-3 (NGGAL, HDF5, 75 degrees), else 1.3e-3; relative L1 over directions weighed with
  * their cosine, against the model, up to 75 degrees */
@@ -158,10 +159,13 @@
 #define TOL_LOOKUP_ALBEDO 5e-3
 /* measured 9.9e-3; a lobe of 0.2 degrees among nodes that are 1 degree apart changes between them
  */
+
+/* measured 9.9e-3; a lobe of 0.2 degrees among nodes that are 1 degree apart changes between
+ * them */
 #define TOL_LOOKUP_ALBEDO_NEEDLE 2e-2
 /* measured 0; how much worse than exact centres; float rounding of cells */
 #define TOL_LOOKUP_CENTRES 1e-3
-/* measured 1; relative to the larger of rho_s and 1e-6 */
+/* measured 5.2e-3; up to 87 degrees; relative to the larger of rho_s and 1e-6 */
 #define TOL_LOOKUP_SPECULAR 1e-2
 /* measured 5e-5; share of samples: the test's integral of a density with steps */
 #define TOL_LOOKUP_LOST 5e-4
@@ -184,6 +188,7 @@
 #define TOL_SCAN_COVER 0.9
 /* measured 0.13 over 200 trials each */
 #define TOL_CUTOFF 0.3
+
 
 /* --- RGL tables --- */
 /* measured 1.7e-6; two float evaluations of one rule */

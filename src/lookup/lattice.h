@@ -22,13 +22,12 @@
 
 #include "core/context.h"
 
-#ifndef HETAB_LATTICE_H
-#define HETAB_LATTICE_H 96
-#define HETAB_LATTICE_D 80
-#define HETAB_LATTICE_Q 25
-#endif
-
+/* Nodes along v, c and q. A third fewer each doubles the error, more gain little up to 75 degrees;
+ * with three channels all of it stays in a core's second cache. */
 enum {
+  HETAB_LATTICE_H = 96,
+  HETAB_LATTICE_D = 80,
+  HETAB_LATTICE_Q = 25,
   HETAB_LATTICE_NODES = HETAB_LATTICE_H * HETAB_LATTICE_D * HETAB_LATTICE_Q,
   HETAB_LATTICE_BLOCK = 16 /* evaluations at once */
 };

@@ -41,7 +41,7 @@ hetab_stencil hetab_stencil_at(const double *nodes, size_t count, double x) {
   return s;
 }
 
-/* Faint enough to be 0 in every table, near enough not to upset a cubic. */
+/* Below: faint enough to be 0 in every table. Above: no BRDF, and near what float holds. */
 float hetab_log2_or_zero(double value) {
-  return value > 1e-30 ? (float)log2(value) : HETAB_LATTICE_ZERO;
+  return value > 1e-30 ? (float)log2(fmin(value, 1e30)) : HETAB_LATTICE_ZERO;
 }

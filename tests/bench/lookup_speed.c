@@ -13,9 +13,10 @@ typedef struct load {
   float value[COUNT * MOST_BANDS];
 } load;
 
+/* This thread's own: what else the machine does does not count. */
 static double seconds(void) {
   struct timespec now;
-  clock_gettime(CLOCK_MONOTONIC, &now);
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
