@@ -150,4 +150,18 @@
 /* measured 0.13 over 200 trials each */
 #define TOL_CUTOFF 0.3
 
+/* --- Fits of synthetic measurements, 2 % noise --- */
+/* measured 5.1e-3; of the slope, relative */
+#define TOL_FIT_SLOPE 0.02
+/* measured 5.8e-3; of `a`, a reflectance */
+#define TOL_FIT_DIFFUSE 0.02
+/* measured 8.8e-9; between starts: SLSQP's steps end there */
+#define TOL_FIT_STARTS 1e-6
+/* measured 1.8e-9; without noise, double: the optimisers' own tolerance */
+#define TOL_FIT_EXACT_DOUBLE 1e-6
+/* measured 2.1e-5; without noise, float: the objective's minimum is as flat as its rounding */
+#define TOL_FIT_EXACT_FLOAT 1e-4
+/* of rho_dh under the bound: what the header allows */
+#define TOL_FIT_CONSTRAINT 1e-5
+
 #endif

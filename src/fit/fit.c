@@ -28,6 +28,9 @@ void hetab_fit_free(hetab_fit *fit) {
   free(fit);
 }
 
+/* Of sigma0 and tau apart: a slope's bounds by default. */
+static const double LEAST_SLOPE = 0.005, MOST_SLOPE = 1;
+
 /* ---- the problem ------------------------------------------------------------------------------
  */
 
@@ -38,10 +41,30 @@ static void clear_problem(hetab_fit_problem *p) {
   free(p->room);
 }
 
+/* sigma0 and tau apart: the objective is a valley along a constant slope, so that is what is
+ * searched. */
+static void take_slope(hetab_fit_problem *p) {
+  hetab_fit_parameter *o = p->options.parameters, *slope = &o[HETAB_FIT_SLOPE];
+  const hetab_fit_parameter *sigma0 = &o[HETAB_FIT_SIGMA0], *tau = &o[HETAB_FIT_TAU];
+  if (!sigma0->free || !tau->free)
+    return;
+  *slope = (hetab_fit_parameter){.free = 1};
+  slope->low = sigma0->low / tau->high;
+  slope->high = sigma0->high / tau->low;
+  if (slope->low < MOST_SLOPE && slope->high > LEAST_SLOPE) {
+    slope->low = fmax(slope->low, LEAST_SLOPE);
+    slope->high = fmin(slope->high, MOST_SLOPE);
+  }
+  if (sigma0->value > 0 && tau->value > 0)
+    slope->value = sigma0->value / tau->value;
+  p->apart = 1;
+}
+
 static hetab_status choose_unknowns(hetab_fit_problem *p) {
   const hetab_fit_parameter *o = p->options.parameters;
+  take_slope(p);
   for (int q = 0; q < HETAB_FIT_DIFFUSE; q++)
-    if (o[q].free)
+    if (o[q].free && !(p->apart && q == HETAB_FIT_SIGMA0))
       p->free[p->free_count++] = (hetab_fit_quantity)q;
   p->groups = o[HETAB_FIT_DIFFUSE].free && !p->options.one_diffuse ? p->data.bands : 1;
   if (p->groups > HETAB_FIT_MOST_DIFFUSE)

@@ -100,6 +100,7 @@ typedef struct hetab_fit_problem {
   hetab_fit_model model;
   hetab_fit_quantity free[HETAB_FIT_MOST_FREE];
   size_t free_count;
+  int apart; /* sigma0 and tau both free: slope and tau are searched, sigma0 kept to its bounds */
   size_t groups; /* diffuse parts: 1, or one for each wavelength */
   int constrained;
   size_t evaluations;
@@ -133,6 +134,10 @@ static inline size_t hetab_fit_group(const hetab_fit_problem *p, size_t band) {
 /* ---- the search (fit_search.c) ----------------------------------------------------------------
  */
 
+/* The best value of everything else with one unknown, problem->free[fixed], held where it is in
+ * state->x, from there on. */
+hetab_status hetab_fit_search_beside(hetab_fit_problem *problem, size_t fixed,
+                                     hetab_fit_state *state);
 /* The best state from all starts; those go to fit->starts. */
 hetab_status hetab_fit_search(hetab_fit_problem *problem, hetab_fit_state *best, hetab_fit *fit);
 

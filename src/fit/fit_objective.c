@@ -57,7 +57,12 @@ void hetab_fit_values_at(const hetab_fit_problem *problem, const double *x, doub
     const hetab_fit_parameter *at = &p[problem->free[f]];
     value[problem->free[f]] = at->low * pow(at->high / at->low, x[f]);
   }
-  if (value[HETAB_FIT_SIGMA0] == 0)
+  if (problem->apart) {
+    const hetab_fit_parameter *sigma0 = &p[HETAB_FIT_SIGMA0];
+    double wanted = value[HETAB_FIT_SLOPE] * value[HETAB_FIT_TAU];
+    value[HETAB_FIT_SIGMA0] = fmin(fmax(wanted, sigma0->low), sigma0->high);
+    value[HETAB_FIT_SLOPE] = value[HETAB_FIT_SIGMA0] / value[HETAB_FIT_TAU];
+  } else if (value[HETAB_FIT_SIGMA0] == 0)
     value[HETAB_FIT_SIGMA0] = value[HETAB_FIT_SLOPE] * value[HETAB_FIT_TAU];
   else if (value[HETAB_FIT_TAU] == 0)
     value[HETAB_FIT_TAU] = value[HETAB_FIT_SIGMA0] / value[HETAB_FIT_SLOPE];
