@@ -218,6 +218,12 @@ refuses "cut-off too long" 1 'give a cut-off from 2.5 to 375' roughness line.csv
 for bad in 0 -3 long nan ''; do
   refuses "cut-off '$bad'" 2 'neither a length in um nor auto' roughness line.csv --cutoff "$bad"
 done
+awk 'BEGIN { print "x_um,z_um"; for (i = 0; i < 2000; i++) { x = i + 0.3 * sin(i); print x "," sin(x / 9) } }' \
+  >uneven.csv
+refuses "unequal steps" 1 'unequally spaced: .*--resample' roughness uneven.csv
+works "resampled" roughness uneven.csv --resample 0.5 --level none --json
+check "resampled sine" json "abs(d['raw']['sigma_um']['average'] - 0.7071) < 0.005 and \
+d['scans'][0]['spacing_um'] == 0.5"
 refuses "negative spacing" 2 'outside' roughness line.csv --spacing -1
 refuses "surface without index" 2 'needs --index' roughness line.csv --surface s.yaml
 refuses "unknown index" 1 'Nowhere' roughness line.csv --surface s.yaml --index Nowhere

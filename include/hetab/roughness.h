@@ -24,8 +24,9 @@ typedef enum hetab_heights_kind {
 
 /* What a text file does not say of itself; 0 and NULL: the file has to say it. */
 typedef struct hetab_heights_options {
-  double spacing_um; /* between neighbours, of heights without x; of maps in both directions */
-  const char *unit;  /* "nm", "um", "mm" or "m": of numbers whose header names no unit */
+  double spacing_um;  /* between neighbours, of heights without x; of maps in both directions */
+  const char *unit;   /* "nm", "um", "mm" or "m": of numbers whose header names no unit */
+  double resample_um; /* interpolate scans with x linearly on places this far apart; 0: do not */
 } hetab_heights_options;
 
 /* Told apart by content:
@@ -38,7 +39,8 @@ typedef struct hetab_heights_options {
  *   binary file or in the XML, validity mask; checksums are verified;
  * - SDF (ISO 25178-71), ASCII.
  * Missing heights: empty fields, "nan", "bad", "-", the formats' own marks, steps of x that are
- * multiples of the usual one. Unequal steps of x (more than 2 % off) are refused.
+ * multiples of the usual one. Unequal steps of x (more than 2 % off) are refused, unless
+ * options.resample_um is given; steps of more than three times the median then are gaps.
  * Failures name the file and, in text, the line. At most 2^27 heights, files up to 1 GiB. */
 hetab_status hetab_heights_load(hetab_context *ctx, const char *path,
                                 const hetab_heights_options *options, hetab_heights **out);
@@ -96,7 +98,7 @@ typedef struct hetab_estimate {
  * below 1 % for scans of 50 tau (tests/test_roughness.c).
  * The filter takes variance from the small scale too: of a Gaussian autocorrelation with tau =
  * 5.6 um a 30 um cut-off leaves less than a third of the variance and tau = 3.2 um, but 96 % of
- * sigma / tau. */
+ * sigma / tau; at about 13 tau sigma / tau is largest, 8 % above the surface's own. */
 typedef struct hetab_scan_statistics {
   size_t scan; /* in hetab_roughness.scans */
   size_t points;
