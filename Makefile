@@ -69,6 +69,11 @@ bench: setup ## speed against error of every method, with plots, in out/
 	@scripts/plot_roofline out/bench.csv out/roofline.png
 	@scripts/bench_commands $(BUILD)/hetab
 
+.PHONY: figures
+figures: setup ## redraw what the report's figures show, in out/figures
+	@$(MAKE) --no-print-directory -s build
+	@scripts/figures $(BUILD)/hetab out/figures
+
 .PHONY: asan
 asan: setup ## run the tests under AddressSanitizer and UndefinedBehaviorSanitizer
 	@$(MAKE) --no-print-directory -s BUILD=$(BUILD)/asan \

@@ -12,6 +12,7 @@
 #include <hetab/table.h>
 #include <hetab/reflectance.h>
 #include <hetab/audit.h>
+#include <hetab/roughness.h>
 #include <hetab/measurements.h>
 #include <hetab/fit.h>
 #include <hetab/predict.h>

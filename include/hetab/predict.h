@@ -84,7 +84,7 @@ typedef struct hetab_predicted_point {
 /* How the measured points lie. */
 typedef struct hetab_prediction_count {
   size_t points, below, within, above;
-  double mean_excess; /* mean of measured / nominal - 1 */
+  double bias; /* sum of the measured over sum of the predicted values, less 1 */
 } hetab_prediction_count;
 
 typedef struct hetab_prediction {
@@ -94,7 +94,7 @@ typedef struct hetab_prediction {
   size_t theta_r_count;
   hetab_prediction_curve *curves; /* [wavelength][theta_i] */
   size_t curve_count;
-  double error; /* the largest error / nominal of the curves, where nominal >= 1e-9 / sr */
+  double error; /* the largest error / high of the curves, where high >= 1e-9 / sr */
 
   hetab_predicted_point *points;
   size_t point_count;

@@ -76,8 +76,8 @@ static int open_inputs(fit_job *job) {
   hetab_engine_options options = {.devices = r->device,
                                   .precision = r->precision ? HETAB_FLOAT : HETAB_DOUBLE,
                                   .method = HETAB_METHOD_SERIES};
-  const char *outputs[] = {r->surface, r->csv, r->points};
-  for (int i = 0; i < 3; i++)
+  const char *outputs[] = {r->surface, r->csv, r->points, r->html};
+  for (int i = 0; i < 4; i++)
     if (outputs[i] && !cli_output_allowed(job->ctx, outputs[i], r->force))
       return CLI_FAILURE;
   int status = open_index(job);
@@ -164,6 +164,19 @@ static int save_surface(const fit_job *job) {
   return status;
 }
 
+static int save_page(const fit_job *job) {
+  cli_text text;
+  if (!job->request->html)
+    return -1;
+  int status = cli_text_begin(&text);
+  if (status >= 0)
+    return status;
+  if (fit_html(job->ctx, text.stream, &job->report) == HETAB_OK)
+    return cli_text_save(&text, job->ctx, job->request->html, job->request->force);
+  cli_text_free(&text);
+  return cli_fail_context(job->ctx);
+}
+
 static int publish(const fit_job *job) {
   const fit_request *r = job->request;
   int status = save(job, r->csv, fit_csv);
@@ -171,6 +184,8 @@ static int publish(const fit_job *job) {
     status = save(job, r->points, fit_points_csv);
   if (status < 0)
     status = save_surface(job);
+  if (status < 0)
+    status = save_page(job);
   if (status >= 0)
     return status;
   if (r->json)

@@ -24,4 +24,8 @@ json_t *fit_json(const fit_report *report);
 void fit_csv(FILE *stream, const fit_report *report);
 void fit_points_csv(FILE *stream, const fit_report *report);
 
+/* One self-contained page of measurement, fit and residuals. Fails where the model cannot be
+ * evaluated for the curves. */
+hetab_status fit_html(hetab_context *ctx, FILE *stream, const fit_report *report);
+
 #endif

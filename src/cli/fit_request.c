@@ -64,12 +64,12 @@ int fit_check(const cli_command *self, fit_request *r) {
     return status;
   if (!r->index)
     return cli_usage(self, "no --index given: name a metal, n=N or a file");
-  const char *outputs[] = {r->surface, r->csv, r->points};
-  for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 3; j++)
+  const char *outputs[] = {r->surface, r->csv, r->points, r->html};
+  for (int i = 0; i < 4; i++)
+    for (int j = 0; j < 4; j++)
       if (outputs[i] && outputs[j] && i < j && cli_same_file(outputs[i], outputs[j]))
         return cli_usage(self, "two outputs would be %s: give one another name", outputs[i]);
-  for (int i = 0; i < 3; i++)
+  for (int i = 0; i < 4; i++)
     if (outputs[i] && cli_same_file(outputs[i], r->measurements))
       return cli_usage(self, "%s is the input: choose another name", outputs[i]);
   if (r->per_wavelength && r->surface)
@@ -161,6 +161,7 @@ static cli_option *output_options(cli_option *next, fit_request *r) {
        &r->surface, 0, 0},
       {CLI_TEXT, "csv", 0, "FILE", "write the estimates as CSV", &r->csv, 0, 0},
       {CLI_TEXT, "points", 0, "FILE", "write measured and fitted values as CSV", &r->points, 0, 0},
+      {CLI_TEXT, "html", 0, "FILE", "write FILE, a page with the plots", &r->html, 0, 0},
       {CLI_CHOICE, "precision", 0, "double|float", "arithmetic on the device (double)",
        &r->precision, 0, 0},
       {CLI_TEXT, "device", 0, "SEL", "number or part of the name of a device ('hetab devices')",

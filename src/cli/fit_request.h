@@ -7,7 +7,7 @@
 
 typedef struct fit_request {
   const char *measurements, *free, *index, *wavelengths, *theta_i;
-  const char *surface, *csv, *points, *device;
+  const char *surface, *csv, *points, *html, *device;
   cli_list bounds;
   int weights, constraint, precision, per_wavelength, force, quiet, json;
   size_t seed;

@@ -385,7 +385,7 @@ done:
 hetab_status hetab_fit_create(hetab_context *ctx, hetab_engine *engine,
                               const hetab_measurements *measurements,
                               const hetab_fit_options *options, hetab_fit **out) {
-  hetab_fit_problem problem = {.ctx = ctx, .options = *options};
+  hetab_fit_problem problem = {.ctx = ctx, .options = *options, .dull = HUGE_VAL};
   *out = NULL;
   hetab_fit *fit = hetab_alloc(ctx, 1, sizeof *fit);
   if (!fit)

@@ -103,6 +103,9 @@ typedef struct hetab_fit_problem {
   int apart; /* sigma0 and tau both free: slope and tau are searched, sigma0 kept to its bounds */
   size_t groups; /* diffuse parts: 1, or one for each wavelength */
   int constrained;
+  /* The integrals of the constraint take most of the time: what is worse than this without it is
+   * not looked at with it (spare: minus infinity). Infinite but for scans. */
+  double dull;
   size_t evaluations;
   hetab_fit_wish wish;
   double *dd;   /* [count][bands] of the last evaluation */

@@ -128,8 +128,8 @@ static void describe_curve(hetab_prediction *p, hetab_prediction_curve *curve) {
   for (size_t i = 0; i < p->theta_r_count; i++) {
     const hetab_bounds *f = &curve->f[i];
     peak = f->nominal > curve->f[peak].nominal ? i : peak;
-    if (f->nominal >= floor_brdf)
-      p->error = fmax(p->error, f->error / f->nominal);
+    if (f->high >= floor_brdf)
+      p->error = fmax(p->error, f->error / f->high);
   }
   curve->peak_deg = p->theta_r_deg[peak];
 }
@@ -222,8 +222,17 @@ static void count_point(hetab_prediction_count *count, const hetab_predicted_poi
   count->below += point->side < 0;
   count->within += point->side == 0;
   count->above += point->side > 0;
-  if (point->f.nominal > 0)
-    count->mean_excess += point->measured / point->f.nominal - 1;
+}
+
+/* Of the sums: where the model has next to nothing, ratios of single values mean nothing. */
+static void find_bias(const hetab_prediction *p, int plane, hetab_prediction_count *count) {
+  double measured = 0, predicted = 0;
+  for (size_t i = 0; i < p->point_count; i++) {
+    const hetab_predicted_point *point = &p->points[i];
+    measured += !plane || point->in_plane ? point->measured : 0;
+    predicted += !plane || point->in_plane ? point->f.nominal : 0;
+  }
+  count->bias = predicted > 0 ? measured / predicted - 1 : 0;
 }
 
 static void judge_points(const job *j) {
@@ -238,10 +247,8 @@ static void judge_points(const job *j) {
     if (point->in_plane)
       count_point(&p->plane, point);
   }
-  if (p->hemisphere.points)
-    p->hemisphere.mean_excess /= (double)p->hemisphere.points;
-  if (p->plane.points)
-    p->plane.mean_excess /= (double)p->plane.points;
+  find_bias(p, 0, &p->hemisphere);
+  find_bias(p, 1, &p->plane);
 }
 
 static hetab_status bound_points(job *j) {
