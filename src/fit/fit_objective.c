@@ -167,7 +167,8 @@ void hetab_fit_solve_diffuse(const hetab_fit_problem *problem, const unsigned *t
  */
 
 static hetab_status find_room(hetab_fit_problem *p, hetab_fit_state *state) {
-  HETAB_TRY(hetab_fit_model_room(p->ctx, &p->model, &p->data, p->options.constraint, p->room));
+  HETAB_TRY(
+      hetab_fit_model_room(p->ctx, &p->model, &p->data, p->options.constraint, p->active, p->room));
   for (size_t i = 0; i < p->data.incidence_count * p->data.bands; i++) {
     double *least = &state->room[hetab_fit_group(p, i % p->data.bands)];
     *least = fmin(*least, p->room[i]);
