@@ -138,18 +138,6 @@
 /* measured 1.3e-7; likewise */
 #define TOL_REFLECTANCE_SKY 1e-6
 
-/* --- Roughness from scans --- */
-/* measured 7e-8; the weights dropped beyond the padding */
-#define TOL_TRANSMISSION 1e-6
-/* measured 0.6 %; of averages over 9 scans of 4000 points, 200 trials each */
-#define TOL_SCAN_BIAS 0.02
-/* measured 3.5 % (BBQAL2, sigma): 9 scans hold some 700 independent heights */
-#define TOL_SCAN_SPREAD 0.04
-/* measured 0.945; of intervals that say 95 % */
-#define TOL_SCAN_COVER 0.9
-/* measured 0.13 over 200 trials each */
-#define TOL_CUTOFF 0.3
-
 /* --- Fits of synthetic measurements, 2 % noise --- */
 /* measured 5.1e-3; of the slope, relative */
 #define TOL_FIT_SLOPE 0.02
@@ -163,5 +151,17 @@
 #define TOL_FIT_EXACT_FLOAT 1e-4
 /* of rho_dh under the bound: what the header allows */
 #define TOL_FIT_CONSTRAINT 1e-5
+
+/* --- Roughness from scans --- */
+/* measured 7e-8; the weights dropped beyond the padding */
+#define TOL_TRANSMISSION 1e-6
+/* measured 0.6 %; of averages over 9 scans of 4000 points, 200 trials each */
+#define TOL_SCAN_BIAS 0.02
+/* measured 3.5 % (BBQAL2, sigma): 9 scans hold some 700 independent heights */
+#define TOL_SCAN_SPREAD 0.04
+/* measured 0.945; of intervals that say 95 % */
+#define TOL_SCAN_COVER 0.9
+/* measured 0.13 over 200 trials each */
+#define TOL_CUTOFF 0.3
 
 #endif

@@ -39,6 +39,7 @@ static void clear_problem(hetab_fit_problem *p) {
   hetab_fit_model_clear(&p->model);
   free(p->dd);
   free(p->room);
+  free(p->active);
 }
 
 /* sigma0 and tau apart: the objective is a valley along a constant slope, so that is what is
@@ -126,6 +127,42 @@ static void record_wish(hetab_fit_problem *p, const hetab_fit_state *wished) {
   }
 }
 
+/* The incidences with the least room for each wavelength become active, where the state breaks the
+ * constraint by problem->room; returns whether there are any. */
+static int activate(hetab_fit_problem *p, const hetab_fit_state *state, unsigned char *active) {
+  int any = 0;
+  for (size_t b = 0; b < p->data.bands; b++) {
+    size_t least = 0;
+    for (size_t t = 1; t < p->data.incidence_count; t++)
+      if (p->room[t * p->data.bands + b] < p->room[least * p->data.bands + b])
+        least = t;
+    double room = p->room[least * p->data.bands + b];
+    if (state->diffuse[hetab_fit_group(p, b)] - room > HETAB_FIT_SLACK && !active[least])
+      any = active[least] = 1;
+  }
+  return any;
+}
+
+/* Under the constraint where it was broken, until it is nowhere. */
+static hetab_status search_constrained(hetab_fit_problem *p, hetab_fit_state *best,
+                                       hetab_fit_state *whole, hetab_fit *fit) {
+  unsigned char *active = hetab_alloc(p->ctx, p->data.incidence_count, 1);
+  hetab_status status = active ? HETAB_OK : HETAB_ERR_MEMORY;
+  while (status == HETAB_OK && activate(p, best, active)) {
+    p->active = active;
+    free(fit->starts);
+    fit->starts = NULL;
+    status = hetab_fit_search(p, best, fit);
+    if (status != HETAB_OK || !hetab_fit_feasible(best))
+      break;
+    p->active = NULL;
+    memcpy(whole->x, best->x, sizeof whole->x);
+    status = hetab_fit_evaluate(p, whole);
+  }
+  p->active = active;
+  return status;
+}
+
 /* best holds the unconstrained optimum, which is the constrained one too if it keeps to it. */
 static hetab_status constrain(hetab_fit_problem *p, hetab_fit_state *best, hetab_fit *fit) {
   hetab_fit_state same;
@@ -139,12 +176,10 @@ static hetab_status constrain(hetab_fit_problem *p, hetab_fit_state *best, hetab
     if (!fit->on_constraint)
       hetab_fit_state_copy(p, &same, best);
   }
+  if (status == HETAB_OK && fit->on_constraint)
+    status = search_constrained(p, best, &same, fit);
   hetab_fit_state_clear(&same);
-  if (status != HETAB_OK || !fit->on_constraint)
-    return status;
-  free(fit->starts);
-  fit->starts = NULL;
-  return hetab_fit_search(p, best, fit);
+  return status;
 }
 
 static hetab_status search(hetab_fit_problem *p, hetab_fit_state *best, hetab_fit_state *wished,
@@ -300,7 +335,8 @@ static void fill_margin(const hetab_fit_problem *p, const hetab_fit *fit, size_t
 
 static hetab_status fill_incidences(hetab_fit_problem *p, hetab_fit *fit) {
   HETAB_TRY(fill_residuals(p, fit));
-  HETAB_TRY(hetab_fit_model_room(p->ctx, &p->model, &p->data, p->options.constraint, p->room));
+  HETAB_TRY(
+      hetab_fit_model_room(p->ctx, &p->model, &p->data, p->options.constraint, NULL, p->room));
   fit->incidence_count = p->data.incidence_count;
   fit->margin = HUGE_VAL;
   for (size_t t = 0; t < fit->incidence_count; t++) {
@@ -385,7 +421,7 @@ done:
 hetab_status hetab_fit_create(hetab_context *ctx, hetab_engine *engine,
                               const hetab_measurements *measurements,
                               const hetab_fit_options *options, hetab_fit **out) {
-  hetab_fit_problem problem = {.ctx = ctx, .options = *options};
+  hetab_fit_problem problem = {.ctx = ctx, .options = *options, .dull = HUGE_VAL};
   *out = NULL;
   hetab_fit *fit = hetab_alloc(ctx, 1, sizeof *fit);
   if (!fit)

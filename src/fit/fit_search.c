@@ -206,9 +206,12 @@ static hetab_status scan(search *s, lattice *l) {
       continue;
     lattice_point(l, i, s->problem->free_count, x);
     evaluate_at(s, x);
-    double broken = s->problem->constrained ? constraint_of(&s->at) : 0;
+    double broken = s->problem->constrained && isfinite(s->at.spare) ? constraint_of(&s->at) : 0;
     l->values[i] = broken > 0 ? BROKEN + broken : objective_of(&s->at);
+    if (hetab_fit_feasible(&s->at))
+      s->problem->dull = fmin(s->problem->dull, s->at.q);
   }
+  s->problem->dull = HUGE_VAL;
   return s->status;
 }
 
