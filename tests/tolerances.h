@@ -148,7 +148,6 @@
 /* measured 3.6e-9; the nodes of the integral over m, down to e^-25 */
 #define TOL_SAMPLER_TERMS 1e-8
 
-
 /* --- Look-ups --- */
 /* measured 2.4e-3 (NGGAL, HDF5, 75 degrees), else 1.3e-3; relative L1 over directions weighed with
  * their cosine, against the model, up to 75 degrees */
@@ -157,9 +156,6 @@
 #define TOL_LOOKUP_L1_GRAZING 8e-3
 /* measured 3.0e-3 (needle), else 1e-3; of albedos, interpolated between 48 incidences */
 #define TOL_LOOKUP_ALBEDO 5e-3
-/* measured 9.9e-3; a lobe of 0.2 degrees among nodes that are 1 degree apart changes between them
- */
-
 /* measured 9.9e-3; a lobe of 0.2 degrees among nodes that are 1 degree apart changes between
  * them */
 #define TOL_LOOKUP_ALBEDO_NEEDLE 2e-2
@@ -177,6 +173,20 @@
 /* measured 0.003; what is missing at grazing is bright */
 #define TOL_CONVERT_MEASURED_BIAS 0.01
 
+/* --- Fits of synthetic measurements, 2 % noise --- */
+/* measured 5.1e-3; of the slope, relative */
+#define TOL_FIT_SLOPE 0.02
+/* measured 5.8e-3; of `a`, a reflectance */
+#define TOL_FIT_DIFFUSE 0.02
+/* measured 8.8e-9; between starts: SLSQP's steps end there */
+#define TOL_FIT_STARTS 1e-6
+/* measured 1.8e-9; without noise, double: the optimisers' own tolerance */
+#define TOL_FIT_EXACT_DOUBLE 1e-6
+/* measured 2.1e-5; without noise, float: the objective's minimum is as flat as its rounding */
+#define TOL_FIT_EXACT_FLOAT 1e-4
+/* of rho_dh under the bound: what the header allows */
+#define TOL_FIT_CONSTRAINT 1e-5
+
 /* --- Roughness from scans --- */
 /* measured 5.0e-11, a cut-off away from the ends */
 #define TOL_TRANSMISSION 1e-6
@@ -188,7 +198,6 @@
 #define TOL_SCAN_COVER 0.9
 /* measured 0.13 over 200 trials each */
 #define TOL_CUTOFF 0.3
-
 
 /* --- RGL tables --- */
 /* measured 1.7e-6; two float evaluations of one rule */

@@ -67,7 +67,8 @@ const char *hetab_fit_constraint_name(hetab_fit_constraint constraint); /* "poli
 
 /* One quantity: free within [low, high], or given (value > 0; DIFFUSE: >= 0). A free one may have a
  * value: one more start. Bounds of 0 and 0 are the defaults: slope 0.005 to 1, sigma0 0.01 to 10
- * um, tau 0.3 to 100 um, n 1.05 to 3, diffuse 0 to 1. */
+ * um, tau 0.3 to 100 um, n 1.05 to 3, diffuse 0 to 1; sigma0 and tau both free keep sigma0 / tau to
+ * 0.005 to 1. */
 typedef struct hetab_fit_parameter {
   int free;
   double value;
@@ -121,7 +122,9 @@ const char *hetab_fit_end_name(hetab_fit_end end); /* "inside" */
 
 /* A number with its 95 % interval. From the curvature: the Jacobian and the residuals, allowing for
  * unequal noise and for residuals that are alike at one pair of directions across wavelengths
- * (cluster-robust, HC3). An estimate on a bound that does not move has low = high = value. */
+ * (cluster-robust, HC3). Where the objective levels off within a factor of e of an unknown, or the
+ * unknown is on its bound, from its profile instead: the others fitted again with it held. What
+ * the constraint holds where it is has low = high = value. */
 typedef struct hetab_fit_estimate {
   hetab_fit_quantity quantity;
   double lambda_um; /* of DIFFUSE at one wavelength; 0: all */

@@ -28,6 +28,9 @@ void hetab_fit_free(hetab_fit *fit) {
   free(fit);
 }
 
+/* Of sigma0 and tau apart: a slope's bounds by default. */
+static const double LEAST_SLOPE = 0.005, MOST_SLOPE = 1;
+
 /* ---- the problem ------------------------------------------------------------------------------
  */
 
@@ -36,12 +39,33 @@ static void clear_problem(hetab_fit_problem *p) {
   hetab_fit_model_clear(&p->model);
   free(p->dd);
   free(p->room);
+  free(p->active);
+}
+
+/* sigma0 and tau apart: the objective is a valley along a constant slope, so that is what is
+ * searched. */
+static void take_slope(hetab_fit_problem *p) {
+  hetab_fit_parameter *o = p->options.parameters, *slope = &o[HETAB_FIT_SLOPE];
+  const hetab_fit_parameter *sigma0 = &o[HETAB_FIT_SIGMA0], *tau = &o[HETAB_FIT_TAU];
+  if (!sigma0->free || !tau->free)
+    return;
+  *slope = (hetab_fit_parameter){.free = 1};
+  slope->low = sigma0->low / tau->high;
+  slope->high = sigma0->high / tau->low;
+  if (slope->low < MOST_SLOPE && slope->high > LEAST_SLOPE) {
+    slope->low = fmax(slope->low, LEAST_SLOPE);
+    slope->high = fmin(slope->high, MOST_SLOPE);
+  }
+  if (sigma0->value > 0 && tau->value > 0)
+    slope->value = sigma0->value / tau->value;
+  p->apart = 1;
 }
 
 static hetab_status choose_unknowns(hetab_fit_problem *p) {
   const hetab_fit_parameter *o = p->options.parameters;
+  take_slope(p);
   for (int q = 0; q < HETAB_FIT_DIFFUSE; q++)
-    if (o[q].free)
+    if (o[q].free && !(p->apart && q == HETAB_FIT_SIGMA0))
       p->free[p->free_count++] = (hetab_fit_quantity)q;
   p->groups = o[HETAB_FIT_DIFFUSE].free && !p->options.one_diffuse ? p->data.bands : 1;
   if (p->groups > HETAB_FIT_MOST_DIFFUSE)
@@ -103,6 +127,42 @@ static void record_wish(hetab_fit_problem *p, const hetab_fit_state *wished) {
   }
 }
 
+/* The incidences with the least room for each wavelength become active, where the state breaks the
+ * constraint by problem->room; returns whether there are any. */
+static int activate(hetab_fit_problem *p, const hetab_fit_state *state, unsigned char *active) {
+  int any = 0;
+  for (size_t b = 0; b < p->data.bands; b++) {
+    size_t least = 0;
+    for (size_t t = 1; t < p->data.incidence_count; t++)
+      if (p->room[t * p->data.bands + b] < p->room[least * p->data.bands + b])
+        least = t;
+    double room = p->room[least * p->data.bands + b];
+    if (state->diffuse[hetab_fit_group(p, b)] - room > HETAB_FIT_SLACK && !active[least])
+      any = active[least] = 1;
+  }
+  return any;
+}
+
+/* Under the constraint where it was broken, until it is nowhere. */
+static hetab_status search_constrained(hetab_fit_problem *p, hetab_fit_state *best,
+                                       hetab_fit_state *whole, hetab_fit *fit) {
+  unsigned char *active = hetab_alloc(p->ctx, p->data.incidence_count, 1);
+  hetab_status status = active ? HETAB_OK : HETAB_ERR_MEMORY;
+  while (status == HETAB_OK && activate(p, best, active)) {
+    p->active = active;
+    free(fit->starts);
+    fit->starts = NULL;
+    status = hetab_fit_search(p, best, fit);
+    if (status != HETAB_OK || !hetab_fit_feasible(best))
+      break;
+    p->active = NULL;
+    memcpy(whole->x, best->x, sizeof whole->x);
+    status = hetab_fit_evaluate(p, whole);
+  }
+  p->active = active;
+  return status;
+}
+
 /* best holds the unconstrained optimum, which is the constrained one too if it keeps to it. */
 static hetab_status constrain(hetab_fit_problem *p, hetab_fit_state *best, hetab_fit *fit) {
   hetab_fit_state same;
@@ -116,12 +176,10 @@ static hetab_status constrain(hetab_fit_problem *p, hetab_fit_state *best, hetab
     if (!fit->on_constraint)
       hetab_fit_state_copy(p, &same, best);
   }
+  if (status == HETAB_OK && fit->on_constraint)
+    status = search_constrained(p, best, &same, fit);
   hetab_fit_state_clear(&same);
-  if (status != HETAB_OK || !fit->on_constraint)
-    return status;
-  free(fit->starts);
-  fit->starts = NULL;
-  return hetab_fit_search(p, best, fit);
+  return status;
 }
 
 static hetab_status search(hetab_fit_problem *p, hetab_fit_state *best, hetab_fit_state *wished,
@@ -277,7 +335,8 @@ static void fill_margin(const hetab_fit_problem *p, const hetab_fit *fit, size_t
 
 static hetab_status fill_incidences(hetab_fit_problem *p, hetab_fit *fit) {
   HETAB_TRY(fill_residuals(p, fit));
-  HETAB_TRY(hetab_fit_model_room(p->ctx, &p->model, &p->data, p->options.constraint, p->room));
+  HETAB_TRY(
+      hetab_fit_model_room(p->ctx, &p->model, &p->data, p->options.constraint, NULL, p->room));
   fit->incidence_count = p->data.incidence_count;
   fit->margin = HUGE_VAL;
   for (size_t t = 0; t < fit->incidence_count; t++) {
@@ -362,7 +421,7 @@ done:
 hetab_status hetab_fit_create(hetab_context *ctx, hetab_engine *engine,
                               const hetab_measurements *measurements,
                               const hetab_fit_options *options, hetab_fit **out) {
-  hetab_fit_problem problem = {.ctx = ctx, .options = *options};
+  hetab_fit_problem problem = {.ctx = ctx, .options = *options, .dull = HUGE_VAL};
   *out = NULL;
   hetab_fit *fit = hetab_alloc(ctx, 1, sizeof *fit);
   if (!fit)

@@ -56,6 +56,7 @@ typedef struct hetab_fit_model {
   hetab_surface *surface; /* its roughness and n are set before each evaluation */
   double *columns;        /* of a batch */
   hetab_reflectance *reflectances;
+  double *theta_i_deg; /* of the active incidences */
 } hetab_fit_model;
 
 hetab_status hetab_fit_model_create(hetab_context *ctx, hetab_engine *engine,
@@ -67,11 +68,12 @@ void hetab_fit_model_set(hetab_fit_model *model, double sigma0_um, double tau_um
 /* f_dd, 1/sr: dd[count][bands]. */
 hetab_status hetab_fit_model_dd(hetab_context *ctx, hetab_fit_model *model,
                                 const hetab_pair_of_directions *pairs, size_t count, double *dd);
-/* What the bound leaves for the diffuse part: room[incidence][band], and model->reflectances
- * [band][incidence]. */
+/* What the bound leaves for the diffuse part at the active incidences (NULL: all):
+ * room[incidence][band], infinite elsewhere. Of all, model->reflectances holds [band][incidence].
+ */
 hetab_status hetab_fit_model_room(hetab_context *ctx, hetab_fit_model *model,
                                   const hetab_fit_data *data, hetab_fit_constraint constraint,
-                                  double *room);
+                                  const unsigned char *active, double *room);
 
 /* ---- the problem ------------------------------------------------------------------------------
  */
@@ -100,12 +102,19 @@ typedef struct hetab_fit_problem {
   hetab_fit_model model;
   hetab_fit_quantity free[HETAB_FIT_MOST_FREE];
   size_t free_count;
+  int apart; /* sigma0 and tau both free: slope and tau are searched, sigma0 kept to its bounds */
   size_t groups; /* diffuse parts: 1, or one for each wavelength */
   int constrained;
+  /* The integrals of the constraint take most of the time: what is worse than this without it is
+   * not looked at with it (spare: minus infinity). Infinite but for scans. */
+  double dull;
   size_t evaluations;
   hetab_fit_wish wish;
   double *dd;   /* [count][bands] of the last evaluation */
   double *room; /* [incidence][band] likewise */
+  /* [incidence] where the constraint is looked at; NULL: everywhere. An optimum under some of it
+   * that keeps all of it is the optimum under all of it. */
+  unsigned char *active;
 } hetab_fit_problem;
 
 hetab_status hetab_fit_state_create(const hetab_fit_problem *problem, hetab_fit_state *state);
@@ -133,6 +142,10 @@ static inline size_t hetab_fit_group(const hetab_fit_problem *p, size_t band) {
 /* ---- the search (fit_search.c) ----------------------------------------------------------------
  */
 
+/* The best value of everything else with one unknown, problem->free[fixed], held where it is in
+ * state->x, from there on. */
+hetab_status hetab_fit_search_beside(hetab_fit_problem *problem, size_t fixed,
+                                     hetab_fit_state *state);
 /* The best state from all starts; those go to fit->starts. */
 hetab_status hetab_fit_search(hetab_fit_problem *problem, hetab_fit_state *best, hetab_fit *fit);
 

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { PROFILE_STEPS = 6 };
 static const double EDGE = 1e-6;                  /* of x: nearer to 0 or 1 is on the bound */
 static const double WIDE = 1, WIDE_DIFFUSE = 0.5; /* half widths of what is not determined */
 
@@ -196,24 +197,29 @@ static void find_covariance(hetab_fit_curvature *c) {
 /* ---- estimates --------------------------------------------------------------------------------
  */
 
-/* d ln(quantity) / d ln(unknown m). */
-static double follows(const hetab_fit_curvature *c, hetab_fit_quantity quantity, size_t m) {
+/* d ln(quantity) / d ln(unknown). */
+static double follows(const hetab_fit_curvature *c, hetab_fit_quantity quantity,
+                      hetab_fit_quantity from) {
   static const double of[3][3] = {/* slope, sigma0, tau from slope, sigma0, tau */
                                   {0, 1, -1},
                                   {1, 0, 1},
                                   {-1, 1, 0}};
   const hetab_fit_parameter *o = &c->p->options.parameters[quantity];
-  hetab_fit_quantity from = c->p->free[c->unknown[m]];
+  int given = o->free || o->value > 0;
   if (quantity == from)
     return 1;
-  if (o->free || o->value > 0 || quantity > HETAB_FIT_TAU || from > HETAB_FIT_TAU)
-    return 0;
-  return of[quantity][from];
+  if (c->p->apart && quantity == HETAB_FIT_SIGMA0)
+    given = 0;
+  return given || quantity > HETAB_FIT_TAU || from > HETAB_FIT_TAU ? 0 : of[quantity][from];
+}
+
+static double follows_moving(const hetab_fit_curvature *c, hetab_fit_quantity quantity, size_t m) {
+  return follows(c, quantity, c->p->free[c->unknown[m]]);
 }
 
 static int is_singular(const hetab_fit_curvature *c, hetab_fit_quantity quantity) {
   for (size_t m = 0; m < c->moving; m++)
-    if (c->singular[m] && follows(c, quantity, m) != 0)
+    if (c->singular[m] && follows_moving(c, quantity, m) != 0)
       return 1;
   return 0;
 }
@@ -222,12 +228,17 @@ static double log_error(const hetab_fit_curvature *c, hetab_fit_quantity quantit
   double variance = 0;
   for (size_t a = 0; a < c->moving; a++)
     for (size_t b = 0; b < c->moving; b++)
-      variance +=
-          follows(c, quantity, a) * follows(c, quantity, b) * c->covariance[a * c->size + b];
+      variance += follows_moving(c, quantity, a) * follows_moving(c, quantity, b) *
+                  c->covariance[a * c->size + b];
   return sqrt(fmax(variance, 0));
 }
 
 static hetab_fit_end end_of(const hetab_fit_curvature *c, hetab_fit_quantity quantity) {
+  const hetab_fit_parameter *o = &c->p->options.parameters[quantity];
+  if (c->p->apart && quantity == HETAB_FIT_SIGMA0)
+    return c->best->value[quantity] <= o->low    ? HETAB_FIT_END_LOW
+           : c->best->value[quantity] >= o->high ? HETAB_FIT_END_HIGH
+                                                 : HETAB_FIT_END_INSIDE;
   for (size_t f = 0; f < c->p->free_count; f++)
     if (c->p->free[f] == quantity)
       return c->best->x[f] < EDGE        ? HETAB_FIT_END_LOW
@@ -294,6 +305,126 @@ static void fill_estimates(const hetab_fit_curvature *c, hetab_fit *fit) {
     fit->estimates[i].bootstrap_low = fit->estimates[i].bootstrap_high = NAN;
 }
 
+/* ---- profiles ----------------------------------------------------------------------------------
+ */
+
+/* The curvature at the answer says nothing of where the objective levels off: towards great sigma0
+ * and tau, for one, where only the slope matters. So with several unknowns each is also held at e
+ * times and 1/e of its value with the others free; where that is no worse than the 95 % point of
+ * the interval, the interval's end is looked for. Of an unknown on its bound the other end is. */
+
+typedef struct profile {
+  hetab_fit_curvature *c;
+  hetab_fit_state state;
+  size_t f;     /* the unknown, in problem->free */
+  size_t m;     /* among those that move; moving: it is on its bound */
+  double per_x; /* d ln(value) / dx */
+  double most;  /* q at the 95 % point */
+} profile;
+
+/* Whether the unknown can be change (of its logarithm) away. The others start where the
+ * correlation sends them. */
+static hetab_status is_as_good(profile *p, double change, int *good) {
+  hetab_fit_curvature *c = p->c;
+  memcpy(p->state.x, c->best->x, sizeof p->state.x);
+  for (size_t k = 0; k < c->moving && p->m < c->moving; k++) {
+    double variance = c->covariance[p->m * c->size + p->m];
+    double follow = variance > 0 ? c->covariance[k * c->size + p->m] / variance : 0;
+    double x = c->best->x[c->unknown[k]] + follow * change / c->per_x[k];
+    p->state.x[c->unknown[k]] = fmin(fmax(x, 0), 1);
+  }
+  p->state.x[p->f] = fmin(fmax(c->best->x[p->f] + change / p->per_x, 0), 1);
+  HETAB_TRY(hetab_fit_search_beside(c->p, p->f, &p->state));
+  *good = hetab_fit_feasible(&p->state) && p->state.q <= p->most;
+  return HETAB_OK;
+}
+
+/* The distance at which it is no longer as good, between one that is and one that is not. */
+static hetab_status bisect(profile *p, int sign, double *near, double far) {
+  for (int k = 0; k < PROFILE_STEPS; k++) {
+    double middle = 0.5 * (*near + far);
+    int good;
+    HETAB_TRY(is_as_good(p, sign * middle, &good));
+    *(good ? near : &far) = middle;
+  }
+  return HETAB_OK;
+}
+
+/* How far the unknown can go to one side, if that is further than a factor of e; wide: it is. */
+static hetab_status find_distance(profile *p, int sign, double *distance, int *wide) {
+  double x = p->c->best->x[p->f], bound = (sign > 0 ? 1 - x : x) * p->per_x;
+  int good;
+  *distance = fmin(WIDE, bound);
+  HETAB_TRY(is_as_good(p, sign * *distance, wide));
+  if (!*wide || *distance == bound)
+    return HETAB_OK;
+  HETAB_TRY(is_as_good(p, sign * bound, &good));
+  if (!good)
+    return bisect(p, sign, distance, bound);
+  *distance = bound;
+  return HETAB_OK;
+}
+
+/* The estimate's end on one side, and those of what follows from it: sigma0 goes with tau. */
+static void move_ends(const profile *p, hetab_fit *fit, int sign, double distance, int wide) {
+  hetab_fit_quantity from = p->c->p->free[p->f];
+  for (int q = HETAB_FIT_SLOPE; q <= (from == HETAB_FIT_N ? HETAB_FIT_N : HETAB_FIT_TAU); q++) {
+    double power = q == (int)from ? 1 : follows(p->c, (hetab_fit_quantity)q, from);
+    hetab_fit_estimate *e = &fit->estimates[q];
+    if (power == 0 || (q != (int)from && from == HETAB_FIT_SLOPE && p->c->p->apart))
+      continue;
+    *(sign * power > 0 ? &e->high : &e->low) = e->value * exp(sign * power * distance);
+    e->undetermined |= wide;
+  }
+}
+
+/* An unknown that moves: further than the curvature says? */
+static hetab_status check_moving(profile *p, hetab_fit *fit) {
+  hetab_fit_curvature *c = p->c;
+  size_t at = p->m * c->size + p->m;
+  if (c->moving < 2 || !(c->inverse[at] > 0))
+    return HETAB_OK;
+  p->most = c->best->q + 3.84 * c->covariance[at] / c->inverse[at] / c->p->data.scale;
+  for (int sign = -1; sign <= 1; sign += 2) {
+    double distance = 0;
+    int wide = 0;
+    HETAB_TRY(find_distance(p, sign, &distance, &wide));
+    if (wide)
+      move_ends(p, fit, sign, distance, wide);
+  }
+  return HETAB_OK;
+}
+
+/* An unknown on its bound: how far from it is as good? */
+static hetab_status check_bound(profile *p, hetab_fit *fit) {
+  int sign = p->c->best->x[p->f] < 0.5 ? 1 : -1, wide = 0;
+  double distance = 0, near = 0;
+  p->most = p->c->best->q * (1 + 3.84 / fmax(freedom(p->c), 1));
+  HETAB_TRY(find_distance(p, sign, &distance, &wide));
+  if (!wide) {
+    HETAB_TRY(bisect(p, sign, &near, distance));
+    distance = near;
+  }
+  move_ends(p, fit, sign, distance, wide);
+  return HETAB_OK;
+}
+
+static hetab_status check_profiles(hetab_fit_curvature *c, hetab_fit *fit) {
+  profile p = {.c = c};
+  hetab_status status;
+  HETAB_TRY(hetab_fit_state_create(c->p, &p.state));
+  status = HETAB_OK;
+  for (p.f = 0; p.f < c->p->free_count && status == HETAB_OK; p.f++) {
+    const hetab_fit_parameter *o = &c->p->options.parameters[c->p->free[p.f]];
+    p.per_x = log(o->high / o->low);
+    for (p.m = 0; p.m < c->moving && c->unknown[p.m] != p.f;)
+      p.m++;
+    status = p.m < c->moving ? check_moving(&p, fit) : check_bound(&p, fit);
+  }
+  hetab_fit_state_clear(&p.state);
+  return status;
+}
+
 /* ---- correlation ------------------------------------------------------------------------------
  */
 
@@ -341,6 +472,7 @@ hetab_status hetab_fit_intervals(hetab_fit_problem *problem, const hetab_fit_sta
   find_covariance(&c);
   fill_estimates(&c, fit);
   HETAB_GOTO(fill_correlation(&c, fit));
+  HETAB_GOTO(check_profiles(&c, fit));
   if (problem->options.bootstrap)
     HETAB_GOTO(hetab_fit_bootstrap(&c, fit));
 done:

@@ -48,7 +48,8 @@ hetab_status hetab_fit_model_create(hetab_context *ctx, hetab_engine *engine,
   model->columns = hetab_alloc(ctx, (size_t)BATCH * HETAB_POINT_REALS, sizeof *model->columns);
   model->reflectances =
       hetab_alloc(ctx, data->bands * data->incidence_count, sizeof *model->reflectances);
-  if (!model->columns || !model->reflectances)
+  model->theta_i_deg = hetab_alloc(ctx, data->incidence_count, sizeof *model->theta_i_deg);
+  if (!model->columns || !model->reflectances || !model->theta_i_deg)
     return HETAB_ERR_MEMORY;
   return hetab_lane_kernel(ctx, engine, &engine->lanes[0], NULL, "points", "hetab_k_points",
                            &model->kernel);
@@ -60,6 +61,7 @@ void hetab_fit_model_clear(hetab_fit_model *model) {
   hetab_surface_free(model->surface);
   free(model->columns);
   free(model->reflectances);
+  free(model->theta_i_deg);
   *model = (hetab_fit_model){0};
 }
 
@@ -151,26 +153,33 @@ hetab_status hetab_fit_model_dd(hetab_context *ctx, hetab_fit_model *model,
  */
 
 /* The integrals' own progress is not the fit's. */
-static hetab_status integrate(hetab_context *ctx, hetab_fit_model *model,
-                              const hetab_fit_data *data) {
+static hetab_status integrate(hetab_context *ctx, hetab_fit_model *model, const double *theta_i_deg,
+                              size_t count) {
   double tolerance = hetab_engine_precision(model->engine) == HETAB_DOUBLE ? 1e-7 : 1e-5;
   hetab_progress_fn progress = ctx->progress;
   ctx->progress = NULL;
-  hetab_status status = hetab_reflectance_dh(ctx, model->engine, model->surface, data->theta_i_deg,
-                                             data->incidence_count, tolerance, model->reflectances);
+  hetab_status status = hetab_reflectance_dh(ctx, model->engine, model->surface, theta_i_deg, count,
+                                             tolerance, model->reflectances);
   ctx->progress = progress;
   return status;
 }
 
 hetab_status hetab_fit_model_room(hetab_context *ctx, hetab_fit_model *model,
                                   const hetab_fit_data *data, hetab_fit_constraint constraint,
-                                  double *room) {
-  HETAB_TRY(integrate(ctx, model, data));
+                                  const unsigned char *active, double *room) {
+  size_t count = 0;
   for (size_t t = 0; t < data->incidence_count; t++)
+    if (!active || active[t])
+      model->theta_i_deg[count++] = data->theta_i_deg[t];
+  HETAB_TRY(integrate(ctx, model, model->theta_i_deg, count));
+  for (size_t t = 0, a = 0; t < data->incidence_count; t++) {
+    int known = !active || active[t];
     for (size_t b = 0; b < data->bands; b++) {
-      const hetab_reflectance *r = &model->reflectances[b * data->incidence_count + t];
+      const hetab_reflectance *r = &model->reflectances[b * count + a];
       double bound = constraint == HETAB_FIT_ENERGY ? 1 : r->fresnel;
-      room[t * data->bands + b] = bound - r->dd.value - r->specular;
+      room[t * data->bands + b] = known ? bound - r->dd.value - r->specular : HUGE_VAL;
     }
+    a += (size_t)(known && a + 1 < count);
+  }
   return HETAB_OK;
 }

@@ -57,7 +57,12 @@ void hetab_fit_values_at(const hetab_fit_problem *problem, const double *x, doub
     const hetab_fit_parameter *at = &p[problem->free[f]];
     value[problem->free[f]] = at->low * pow(at->high / at->low, x[f]);
   }
-  if (value[HETAB_FIT_SIGMA0] == 0)
+  if (problem->apart) {
+    const hetab_fit_parameter *sigma0 = &p[HETAB_FIT_SIGMA0];
+    double wanted = value[HETAB_FIT_SLOPE] * value[HETAB_FIT_TAU];
+    value[HETAB_FIT_SIGMA0] = fmin(fmax(wanted, sigma0->low), sigma0->high);
+    value[HETAB_FIT_SLOPE] = value[HETAB_FIT_SIGMA0] / value[HETAB_FIT_TAU];
+  } else if (value[HETAB_FIT_SIGMA0] == 0)
     value[HETAB_FIT_SIGMA0] = value[HETAB_FIT_SLOPE] * value[HETAB_FIT_TAU];
   else if (value[HETAB_FIT_TAU] == 0)
     value[HETAB_FIT_TAU] = value[HETAB_FIT_SIGMA0] / value[HETAB_FIT_SLOPE];
@@ -162,11 +167,8 @@ void hetab_fit_solve_diffuse(const hetab_fit_problem *problem, const unsigned *t
  */
 
 static hetab_status find_room(hetab_fit_problem *p, hetab_fit_state *state) {
-  for (size_t g = 0; g < p->groups; g++)
-    state->room[g] = HUGE_VAL;
-  if (!p->constrained)
-    return HETAB_OK;
-  HETAB_TRY(hetab_fit_model_room(p->ctx, &p->model, &p->data, p->options.constraint, p->room));
+  HETAB_TRY(
+      hetab_fit_model_room(p->ctx, &p->model, &p->data, p->options.constraint, p->active, p->room));
   for (size_t i = 0; i < p->data.incidence_count * p->data.bands; i++) {
     double *least = &state->room[hetab_fit_group(p, i % p->data.bands)];
     *least = fmin(*least, p->room[i]);
@@ -181,8 +183,17 @@ hetab_status hetab_fit_evaluate(hetab_fit_problem *problem, hetab_fit_state *sta
                       n_free ? state->value[HETAB_FIT_N] : 0);
   HETAB_TRY(hetab_fit_model_dd(problem->ctx, &problem->model, problem->data.pairs,
                                problem->data.count, problem->dd));
-  HETAB_TRY(find_room(problem, state));
+  for (size_t g = 0; g < problem->groups; g++)
+    state->room[g] = HUGE_VAL;
   hetab_fit_solve_diffuse(problem, NULL, state);
   problem->evaluations++;
+  if (!problem->constrained)
+    return HETAB_OK;
+  if (state->q >= problem->dull) {
+    state->spare = -HUGE_VAL;
+    return HETAB_OK;
+  }
+  HETAB_TRY(find_room(problem, state));
+  hetab_fit_solve_diffuse(problem, NULL, state);
   return HETAB_OK;
 }

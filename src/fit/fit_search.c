@@ -7,7 +7,7 @@
 #include <string.h>
 
 /* In x, which runs from 0 to 1 between the logarithms of the bounds. */
-static const double FIRST_STEP = 0.05, COARSE = 1e-3, FINE = 1e-8, SAME_END = 1e-2;
+static const double FIRST_STEP = 0.05, COARSE = 1e-3, FINE = 1e-8, BESIDE = 1e-5, SAME_END = 1e-2;
 static const double SAME_ANSWER = 1e-4;
 /* E^2 below this is as good as 0: its logarithm is what is minimised. */
 static const double LEAST_Q = 1e-10;
@@ -24,6 +24,7 @@ typedef struct search {
   hetab_fit_state least; /* the nearest to feasible, of all */
   double derivative_step;
   size_t starts;
+  size_t fixed; /* of the unknowns, one that stays where it is; free_count: none */
 } search;
 
 /* ---- evaluations ------------------------------------------------------------------------------
@@ -35,7 +36,7 @@ static int is_better(const hetab_fit_state *a, const hetab_fit_state *b) {
 
 /* How many evaluations there will be in all, about. */
 static double expected(const search *s) {
-  static const double lattices[HETAB_FIT_MOST_FREE] = {12, 49, 125};
+  static const double lattices[HETAB_FIT_MOST_FREE] = {12, 60, 144};
   double each = lattices[s->problem->free_count - 1] + 20 * (double)s->problem->free_count;
   double all = (double)(s->starts + MOST_PROBES) * each * (s->problem->constrained ? 2 : 1) + 50;
   return fmax(all, (double)s->problem->evaluations + 1);
@@ -45,6 +46,11 @@ static void evaluate_at(search *s, const double *x) {
   hetab_fit_problem *p = s->problem;
   if (s->status != HETAB_OK || memcmp(x, s->at.x, p->free_count * sizeof *x) == 0)
     return;
+  for (size_t f = 0; f < p->free_count; f++)
+    if (!isfinite(x[f])) { /* SLSQP does not always notice that it has no step left */
+      nlopt_force_stop(s->optimizer);
+      return;
+    }
   memcpy(s->at.x, x, p->free_count * sizeof *x);
   s->status = hetab_fit_evaluate(p, &s->at);
   if (s->status == HETAB_OK)
@@ -108,8 +114,10 @@ static hetab_status run(search *s, nlopt_algorithm algorithm, double tolerance, 
   s->optimizer = nlopt_create(algorithm, n);
   if (!s->optimizer)
     return hetab_fail(s->problem->ctx, HETAB_ERR_MEMORY, "out of memory for the optimiser");
-  nlopt_set_lower_bounds1(s->optimizer, 0);
-  nlopt_set_upper_bounds1(s->optimizer, 1);
+  for (unsigned f = 0; f < n; f++) {
+    nlopt_set_lower_bound(s->optimizer, (int)f, f == s->fixed ? x[f] : 0);
+    nlopt_set_upper_bound(s->optimizer, (int)f, f == s->fixed ? x[f] : 1);
+  }
   nlopt_set_min_objective(s->optimizer, nlopt_objective, s);
   if (s->problem->constrained)
     nlopt_add_inequality_constraint(s->optimizer, nlopt_constraint, s, 0);
@@ -167,24 +175,27 @@ static int near(const hetab_fit_problem *p, const double *a, const double *b, do
 /* A lattice over the bounds that holds a start: the objective has other minima far from the best,
  * lobes much narrower than the measurements' spacing for one. */
 typedef struct lattice {
-  size_t side, count;
+  size_t side[HETAB_FIT_MOST_FREE], count;
   double base[HETAB_FIT_MOST_FREE];
   double values[MOST_LATTICE];
 } lattice;
 
+/* Finest in the first unknown, the one that sets the width of the lobes. */
 static lattice lattice_through(const hetab_fit_problem *p, const double *x) {
-  static const size_t across[HETAB_FIT_MOST_FREE] = {12, 7, 5};
-  lattice l = {.side = across[p->free_count - 1], .count = 1};
+  static const size_t sides[HETAB_FIT_MOST_FREE][HETAB_FIT_MOST_FREE] = {
+      {12, 1, 1}, {12, 5, 1}, {12, 4, 3}};
+  lattice l = {.count = 1};
   for (size_t f = 0; f < p->free_count; f++) {
-    l.base[f] = fmod(x[f], 1.0 / (double)l.side);
-    l.count *= l.side;
+    l.side[f] = sides[p->free_count - 1][f];
+    l.base[f] = fmod(x[f], 1.0 / (double)l.side[f]);
+    l.count *= l.side[f];
   }
   return l;
 }
 
 static void lattice_point(const lattice *l, size_t i, size_t n, double *x) {
-  for (size_t f = 0; f < n; f++, i /= l->side)
-    x[f] = l->base[f] + (double)(i % l->side) / (double)l->side;
+  for (size_t f = 0; f < n; i /= l->side[f++])
+    x[f] = l->base[f] + (double)(i % l->side[f]) / (double)l->side[f];
 }
 
 static hetab_status scan(search *s, lattice *l) {
@@ -195,17 +206,20 @@ static hetab_status scan(search *s, lattice *l) {
       continue;
     lattice_point(l, i, s->problem->free_count, x);
     evaluate_at(s, x);
-    double broken = s->problem->constrained ? constraint_of(&s->at) : 0;
+    double broken = s->problem->constrained && isfinite(s->at.spare) ? constraint_of(&s->at) : 0;
     l->values[i] = broken > 0 ? BROKEN + broken : objective_of(&s->at);
+    if (hetab_fit_feasible(&s->at))
+      s->problem->dull = fmin(s->problem->dull, s->at.q);
   }
+  s->problem->dull = HUGE_VAL;
   return s->status;
 }
 
 static int is_dip(const lattice *l, size_t i, size_t n) {
-  for (size_t f = 0, step = 1; f < n; f++, step *= l->side) {
-    size_t j = i / step % l->side;
+  for (size_t f = 0, step = 1; f < n; step *= l->side[f++]) {
+    size_t j = i / step % l->side[f];
     if ((j > 0 && l->values[i - step] < l->values[i]) ||
-        (j + 1 < l->side && l->values[i + step] <= l->values[i]))
+        (j + 1 < l->side[f] && l->values[i + step] <= l->values[i]))
       return 0;
   }
   return 1;
@@ -366,23 +380,47 @@ done:
   return status;
 }
 
-hetab_status hetab_fit_search(hetab_fit_problem *problem, hetab_fit_state *best, hetab_fit *fit) {
+static void clear(search *s) {
+  hetab_fit_state_clear(&s->at);
+  hetab_fit_state_clear(&s->best);
+  hetab_fit_state_clear(&s->least);
+}
+
+static hetab_status create(hetab_fit_problem *problem, search *s) {
   int exact = hetab_engine_precision(problem->model.engine) == HETAB_DOUBLE;
-  search s = {.problem = problem, .derivative_step = exact ? 1e-5 : 1e-3};
-  hetab_status status;
+  *s = (search){
+      .problem = problem, .derivative_step = exact ? 1e-5 : 1e-3, .fixed = problem->free_count};
+  HETAB_TRY(hetab_fit_state_create(problem, &s->at));
+  HETAB_TRY(hetab_fit_state_create(problem, &s->best));
+  return hetab_fit_state_create(problem, &s->least);
+}
+
+hetab_status hetab_fit_search(hetab_fit_problem *problem, hetab_fit_state *best, hetab_fit *fit) {
+  search s;
   double given[HETAB_FIT_MOST_FREE];
+  hetab_status status = create(problem, &s);
   s.starts = problem->options.starts + (size_t)given_start(problem, given);
   fit->start_count = 0;
   fit->starts = hetab_alloc(problem->ctx, s.starts + MOST_PROBES, sizeof *fit->starts);
   if (!fit->starts)
-    return HETAB_ERR_MEMORY;
-  HETAB_GOTO(hetab_fit_state_create(problem, &s.at));
-  HETAB_GOTO(hetab_fit_state_create(problem, &s.best));
-  HETAB_GOTO(hetab_fit_state_create(problem, &s.least));
-  HETAB_GOTO(search_all(&s, fit, best));
-done:
-  hetab_fit_state_clear(&s.at);
-  hetab_fit_state_clear(&s.best);
-  hetab_fit_state_clear(&s.least);
+    status = HETAB_ERR_MEMORY;
+  if (status == HETAB_OK)
+    status = search_all(&s, fit, best);
+  clear(&s);
+  return status;
+}
+
+hetab_status hetab_fit_search_beside(hetab_fit_problem *problem, size_t fixed,
+                                     hetab_fit_state *state) {
+  search s;
+  double x[HETAB_FIT_MOST_FREE];
+  hetab_status status = create(problem, &s);
+  s.fixed = fixed;
+  memcpy(x, state->x, sizeof x);
+  if (status == HETAB_OK)
+    status = run(&s, NLOPT_LN_COBYLA, BESIDE, COARSE_EVALUATIONS, x);
+  if (status == HETAB_OK)
+    hetab_fit_state_copy(problem, &s.best, state);
+  clear(&s);
   return status;
 }

@@ -134,31 +134,51 @@ static void describe_curve(hetab_prediction *p, hetab_prediction_curve *curve) {
   curve->peak_deg = p->theta_r_deg[peak];
 }
 
-static hetab_status make_curve(job *j, size_t index, hetab_point *points) {
+/* The points of a curve, and the values that they will have. */
+static void lay_out_curve(job *j, size_t index, hetab_point *points) {
   hetab_prediction *p = j->out;
   const hetab_band *band = &j->bands[index / j->options->theta_i_count];
   double theta_i_deg = j->options->theta_i_deg[index % j->options->theta_i_count];
-  hetab_bounds *f = p->values + index * p->theta_r_count;
-  hetab_prediction_curve *curve = &p->curves[index];
-  *curve =
-      (hetab_prediction_curve){.lambda_um = band->lambda_um, .theta_i_deg = theta_i_deg, .f = f};
+  p->curves[index] = (hetab_prediction_curve){.lambda_um = band->lambda_um,
+                                              .theta_i_deg = theta_i_deg,
+                                              .f = p->values + index * p->theta_r_count};
   for (size_t i = 0; i < p->theta_r_count; i++) {
     double theta_r_deg = p->theta_r_deg[i];
     points[i] = point_at(j, band, theta_i_deg * degree, fabs(theta_r_deg) * degree,
                          theta_r_deg > 0 ? M_PI : 0);
   }
-  HETAB_TRY(bound(j, points, p->theta_r_count, HETAB_BOUNDED_TOTAL, f));
-  HETAB_TRY(bound(j, points, 1, HETAB_BOUNDED_SPECULAR, &curve->specular));
-  describe_curve(p, curve);
-  return HETAB_OK;
 }
 
+/* rho_s depends on the incidence alone: one point of each curve. */
+static hetab_status bound_specular(job *j, hetab_point *points) {
+  hetab_prediction *p = j->out;
+  hetab_bounds *specular = hetab_alloc(j->ctx, p->curve_count, sizeof *specular);
+  if (!specular)
+    return HETAB_ERR_MEMORY;
+  for (size_t i = 0; i < p->curve_count; i++)
+    points[i] = points[i * p->theta_r_count];
+  hetab_status status = bound(j, points, p->curve_count, HETAB_BOUNDED_SPECULAR, specular);
+  for (size_t i = 0; i < p->curve_count && status == HETAB_OK; i++)
+    p->curves[i].specular = specular[i];
+  free(specular);
+  return status;
+}
+
+/* All curves at once: a device is slow to start and fast to go on. */
 static hetab_status make_curves(job *j) {
+  hetab_prediction *p = j->out;
   HETAB_TRY(make_room(j));
-  hetab_point *points = hetab_alloc(j->ctx, j->out->theta_r_count, sizeof *points);
+  size_t count = p->curve_count * p->theta_r_count;
+  hetab_point *points = hetab_alloc(j->ctx, count, sizeof *points);
   hetab_status status = points ? HETAB_OK : HETAB_ERR_MEMORY;
-  for (size_t i = 0; i < j->out->curve_count && status == HETAB_OK; i++)
-    status = make_curve(j, i, points);
+  for (size_t i = 0; i < p->curve_count && status == HETAB_OK; i++)
+    lay_out_curve(j, i, points + i * p->theta_r_count);
+  if (status == HETAB_OK)
+    status = bound(j, points, count, HETAB_BOUNDED_TOTAL, p->values);
+  if (status == HETAB_OK)
+    status = bound_specular(j, points);
+  for (size_t i = 0; i < p->curve_count && status == HETAB_OK; i++)
+    describe_curve(p, &p->curves[i]);
   free(points);
   return status;
 }
