@@ -147,7 +147,7 @@ mkdir folder.h5 locked
 refuses "existing h5" 1 "old.h5 exists.*--force" tabulate BBQAL2 -o old.h5
 refuses "existing second output" 1 "old.binary exists" tabulate BBQAL2 -o new.h5 -o old.binary
 refuses "existing specular file" 1 "lone.specular.csv exists" tabulate BBQAL2 -o lone.binary
-refuses "unknown extension" 2 "a.png: .*\.h5, \.hdf5 or \.binary" tabulate BBQAL2 -o a.png
+refuses "unknown extension" 2 "a.png: .*\.h5, \.hdf5, \.binary or \.bsdf" tabulate BBQAL2 -o a.png
 refuses "only an extension" 2 "ends in" tabulate BBQAL2 -o .h5
 refuses "same output twice" 2 "twice" tabulate BBQAL2 -o n.h5 -o ./n.h5
 refuses "one sidecar of two" 2 "would both write ./q.specular.csv" tabulate BBQAL2 -o q.binary \

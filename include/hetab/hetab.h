@@ -8,6 +8,7 @@
 #include <hetab/engine.h>
 #include <hetab/evaluate.h>
 #include <hetab/merl.h>
+#include <hetab/rgl.h>
 #include <hetab/tabulate.h>
 #include <hetab/table.h>
 #include <hetab/reflectance.h>

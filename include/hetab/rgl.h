@@ -5,7 +5,6 @@
 #define HETAB_RGL_H
 
 #include <stddef.h>
-#include <hetab/engine.h>
 #include <hetab/surface.h>
 
 #ifdef __cplusplus
@@ -24,15 +23,17 @@ typedef struct hetab_rgl_options {
 /* What the reader of the table gets, against the model, at random directions. */
 typedef struct hetab_rgl_report {
   double error_l1, bias; /* relative; the worst incidence up to 80 degrees */
+  double target;         /* what was asked for of error_l1 */
   size_t theta_i_count, ndf_count, vndf_count, resolution;
-  size_t bytes; /* of the file */
+  size_t bytes;   /* of the file */
+  size_t clamped; /* negative values of linear sRGB set to 0, of all that were looked at */
 } hetab_rgl_report;
 
 /* A table of the surface, at the smallest resolution whose error, read back by the functions below,
  * is below options->table_error. */
-hetab_status hetab_rgl_tabulate(hetab_context *ctx, hetab_engine *engine,
-                                const hetab_surface *surface, const hetab_rgl_options *options,
-                                hetab_rgl **out, hetab_rgl_report *report);
+hetab_status hetab_rgl_tabulate(hetab_context *ctx, const hetab_surface *surface,
+                                const hetab_rgl_options *options, hetab_rgl **out,
+                                hetab_rgl_report *report);
 /* Whole or not at all. */
 hetab_status hetab_rgl_save(hetab_context *ctx, const hetab_rgl *rgl, const char *path,
                             int overwrite);

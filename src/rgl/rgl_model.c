@@ -1,0 +1,203 @@
+/* The model as a source of RGL tables, and the tables made of it. On the host, in double: what
+ * depends on the directions is computed once for all wavelengths, and the series at a few of them,
+ * ln h(g, x) being smooth in 1 / lambda^2, to which g and x are proportional. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "model/colour.h"
+#include "model/limits.h"
+#include "model/model.h"
+#include "rgl/rgl_build.h"
+
+enum { NODES = 10 }; /* of the interpolation over wavelengths */
+
+typedef struct model {
+  const hetab_surface *surface;
+  double tau_2sigma;
+  size_t bands, nodes;
+  hetab_wave *waves, *node_waves; /* [bands], [nodes] */
+  double *interpolation;          /* [bands][nodes], of ln h */
+  double (*weights)[3];           /* to XYZ; NULL: the bands themselves */
+  double *wavelengths_um;
+  char description[256];
+  size_t clamped; /* values of linear sRGB below 0, set to 0 */
+} model;
+
+/* ---- a pair's bands ------------------------------------------------------------------------ */
+
+/* ln h at every band; 0 if some of it is too small to be interpolated. */
+static int ln_h_bands(const model *m, double g, double x, double *out) {
+  double node[NODES];
+  for (size_t k = 0; k < m->nodes; k++) {
+    node[k] = hetab_ln_h(m->node_waves[k].g * g, m->node_waves[k].x * x);
+    if (!isfinite(node[k]))
+      return 0;
+  }
+  for (size_t b = 0; b < m->bands; b++) {
+    out[b] = 0.0;
+    for (size_t k = 0; k < m->nodes; k++)
+      out[b] += m->interpolation[b * m->nodes + k] * node[k];
+  }
+  return 1;
+}
+
+/* dd + ud of every band. */
+static void pair_bands(const model *m, const hetab_rgl_pair *pair, double *out) {
+  hetab_direction in = hetab_direction_at(pair->theta_i, m->tau_2sigma);
+  hetab_direction to = hetab_direction_at(pair->theta_r, m->tau_2sigma);
+  hetab_pair p = hetab_pair_of(&in, &to);
+  const hetab_band *bands = hetab_surface_bands(m->surface);
+  double lateral2 = p.d2 + p.p * hetab_one_plus_cos(pair->phi), g = p.mu2 * p.ratio2;
+  double cos2_d = fmin(0.25 * (p.mu2 + lateral2), 1.0);
+  int smooth = ln_h_bands(m, g, lateral2, out);
+  for (size_t b = 0; b < m->bands; b++) {
+    const hetab_wave *wave = &m->waves[b];
+    double ln_h = smooth ? out[b] : hetab_ln_h(wave->g * g, wave->x * lateral2);
+    out[b] = hetab_fresnel_at(cos2_d, bands[b].n, bands[b].k) * cos2_d * cos2_d * wave->amplitude *
+                 p.shadow * exp(ln_h) +
+             wave->diffuse_brdf;
+  }
+}
+
+/* Colours outside the gamut lose their negative parts, as in every file for renderers. */
+static void bands_to_srgb(model *m, const double *bands, double rgb[3]) {
+  double xyz[3] = {0.0};
+  for (size_t b = 0; b < m->bands; b++)
+    for (int c = 0; c < 3; c++)
+      xyz[c] += m->weights[b][c] * bands[b];
+  hetab_xyz_to_srgb(xyz, rgb);
+  for (int c = 0; c < 3; c++)
+    if (rgb[c] < 0.0) {
+      rgb[c] = 0.0;
+      m->clamped++;
+    }
+}
+
+static hetab_status model_values(hetab_context *ctx, void *user, const hetab_rgl_pair *pairs,
+                                 size_t count, double *values) {
+  model *m = user;
+  double *bands = hetab_alloc(ctx, m->bands, sizeof *bands);
+  if (!bands)
+    return HETAB_ERR_MEMORY;
+  for (size_t i = 0; i < count; i++) {
+    pair_bands(m, &pairs[i], bands);
+    if (m->weights)
+      bands_to_srgb(m, bands, values + 3 * i);
+    else
+      memcpy(values + i * m->bands, bands, m->bands * sizeof *bands);
+  }
+  free(bands);
+  return HETAB_OK;
+}
+
+/* ---- construction -------------------------------------------------------------------------- */
+
+static double inverse_square(double lambda) {
+  return 1.0 / (lambda * lambda);
+}
+
+/* Lagrange's polynomials of node k at t. */
+static double lagrange(const double *node, size_t count, size_t k, double t) {
+  double value = 1.0;
+  for (size_t i = 0; i < count; i++)
+    if (i != k)
+      value *= (t - node[i]) / (node[k] - node[i]);
+  return value;
+}
+
+/* Chebyshev's nodes in 1 / lambda^2 for many bands; the bands themselves for few. */
+static void place_nodes(model *m) {
+  const hetab_band *bands = hetab_surface_bands(m->surface);
+  double sigma0 = hetab_surface_sigma0_um(m->surface), tau = hetab_surface_tau_um(m->surface);
+  double low = inverse_square(bands[m->bands - 1].lambda_um), t[NODES];
+  double high = inverse_square(bands[0].lambda_um);
+  for (size_t k = 0; k < m->nodes; k++) {
+    double place = cos(M_PI * ((double)k + 0.5) / (double)m->nodes);
+    t[k] = m->nodes < m->bands ? 0.5 * (low + high) + 0.5 * (high - low) * place
+                               : inverse_square(bands[k].lambda_um);
+    hetab_band band = {.lambda_um = 1.0 / sqrt(t[k]), .n = 1.0};
+    m->node_waves[k] = hetab_wave_of(sigma0, tau, &band);
+  }
+  for (size_t b = 0; b < m->bands; b++) {
+    m->waves[b] = hetab_wave_of(sigma0, tau, &bands[b]);
+    m->wavelengths_um[b] = bands[b].lambda_um;
+    for (size_t k = 0; k < m->nodes; k++)
+      m->interpolation[b * m->nodes + k] =
+          lagrange(t, m->nodes, k, inverse_square(bands[b].lambda_um));
+  }
+}
+
+static void model_clear(model *m) {
+  free(m->waves);
+  free(m->node_waves);
+  free(m->interpolation);
+  free(m->weights);
+  free(m->wavelengths_um);
+}
+
+static hetab_status model_allocate(hetab_context *ctx, int rgb, model *m) {
+  m->bands = hetab_surface_band_count(m->surface);
+  m->nodes = m->bands < NODES ? m->bands : NODES;
+  m->waves = hetab_alloc(ctx, m->bands, sizeof *m->waves);
+  m->node_waves = hetab_alloc(ctx, m->nodes, sizeof *m->node_waves);
+  m->interpolation = hetab_alloc(ctx, m->bands * m->nodes, sizeof *m->interpolation);
+  m->wavelengths_um = hetab_alloc(ctx, m->bands, sizeof *m->wavelengths_um);
+  m->weights = rgb ? hetab_alloc(ctx, m->bands, sizeof *m->weights) : NULL;
+  return m->waves && m->node_waves && m->interpolation && m->wavelengths_um && (m->weights || !rgb)
+             ? HETAB_OK
+             : HETAB_ERR_MEMORY;
+}
+
+static hetab_status model_create(hetab_context *ctx, const hetab_surface *surface,
+                                 hetab_rgl_bands bands, model *m) {
+  double sigma0 = hetab_surface_sigma0_um(surface), tau = hetab_surface_tau_um(surface);
+  m->surface = surface;
+  m->tau_2sigma = tau / (2.0 * sigma0);
+  HETAB_TRY(hetab_check_surface(ctx, surface));
+  HETAB_TRY(model_allocate(ctx, bands == HETAB_RGL_RGB, m));
+  place_nodes(m);
+  snprintf(m->description, sizeof m->description,
+           "%.100s: sigma0 %g um, tau %g um; He-Torrance model, dd + ud, without the specular "
+           "delta; hetab %s",
+           hetab_surface_name(surface), sigma0, tau, hetab_version());
+  return m->weights ? hetab_xyz_weights(ctx, m->wavelengths_um, m->bands, m->weights) : HETAB_OK;
+}
+
+static hetab_status too_coarse(hetab_context *ctx, const hetab_surface *surface,
+                               const hetab_rgl_report *report) {
+  return hetab_fail(ctx, HETAB_ERR_RANGE,
+                    "surface '%s' as an RGL table: the error is %.2g even at %zu incidences and "
+                    "%zu x %zu nodes; allow a table error of %.2g, or use another format",
+                    hetab_surface_name(surface), report->error_l1, report->theta_i_count,
+                    report->resolution, report->resolution, 1.1 * report->error_l1);
+}
+
+hetab_status hetab_rgl_tabulate(hetab_context *ctx, const hetab_surface *surface,
+                                const hetab_rgl_options *options, hetab_rgl **out,
+                                hetab_rgl_report *report) {
+  hetab_rgl_options o = options ? *options : (hetab_rgl_options){0};
+  hetab_rgl_report own;
+  hetab_status status;
+  model m = {0};
+  *out = NULL;
+  HETAB_GOTO(model_create(ctx, surface, o.bands, &m));
+  hetab_rgl_source source = {.channels = m.weights ? 3 : m.bands,
+                             .wavelengths_um = m.weights ? NULL : m.wavelengths_um,
+                             .description = m.description,
+                             .values = model_values,
+                             .user = &m};
+  report = report ? report : &own;
+  HETAB_GOTO(hetab_rgl_build(ctx, &source, &o, out, report));
+  report->clamped = m.clamped;
+  if (report->error_l1 > report->target)
+    status = too_coarse(ctx, surface, report);
+done:
+  if (status != HETAB_OK) {
+    hetab_rgl_free(*out);
+    *out = NULL;
+  }
+  model_clear(&m);
+  return status;
+}
