@@ -10,7 +10,7 @@
 #include "rgl/rgl_trial.h"
 
 /* Incidences, every 2 degrees; those up to 80 degrees count. */
-enum { TRIAL_INCIDENCES = 34, TRIAL_DIRECTIONS = 1000 };
+enum { TRIAL_INCIDENCES = 32, TRIAL_DIRECTIONS = 800 };
 enum { PROBES = 46, LAST_PROBE = 40, PROBE_RESOLUTION = 12 };
 
 /* ---- incidences ---------------------------------------------------------------------------- */

@@ -18,10 +18,11 @@ typedef hetab_status (*hetab_rgl_values_fn)(hetab_context *ctx, void *user,
                                             double *values);
 
 typedef struct hetab_rgl_source {
-  size_t channels;              /* 3 for linear sRGB, else one a wavelength */
-  const double *wavelengths_um; /* [channels], ascending; NULL: linear sRGB */
-  const char *description;      /* goes into the file; NULL: none */
-  hetab_rgl_values_fn values;   /* isotropic: even in phi */
+  size_t channels;               /* 3 for linear sRGB, else one a wavelength */
+  const double *wavelengths_um;  /* [channels], ascending; NULL: linear sRGB */
+  const char *description;       /* goes into the file; NULL: none */
+  hetab_rgl_values_fn values;    /* isotropic: even in phi */
+  hetab_rgl_values_fn reference; /* what errors are measured against; NULL: values */
   void *user;
 } hetab_rgl_source;
 

@@ -1,17 +1,20 @@
 /* The model as a source of RGL tables, and the tables made of it. On the host, in double: what
  * depends on the directions is computed once for all wavelengths, and the series at a few of them,
- * ln h(g, x) being smooth in 1 / lambda^2, to which g and x are proportional. */
+ * ln h(g, x) being smooth in 1 / lambda^2, to which g and x are proportional: 12 nodes keep f to
+ * some 1e-4 (tests/test_rgl.c). The reference that tables are judged by is not interpolated. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <pthread.h>
+#include <unistd.h>
 
 #include "model/colour.h"
 #include "model/limits.h"
 #include "model/model.h"
 #include "rgl/rgl_build.h"
 
-enum { NODES = 10 }; /* of the interpolation over wavelengths */
+enum { NODES = 12, MOST_WORKERS = 16, WORKER_PAIRS = 256 };
 
 typedef struct model {
   const hetab_surface *surface;
@@ -24,6 +27,16 @@ typedef struct model {
   char description[256];
   size_t clamped; /* values of linear sRGB below 0, set to 0 */
 } model;
+
+/* Some pairs, for one thread. */
+typedef struct worker {
+  const model *m;
+  int exact; /* the series at every band */
+  const hetab_rgl_pair *pairs;
+  size_t count;
+  double *values, *bands; /* [count][channels], [m->bands] */
+  size_t clamped;
+} worker;
 
 /* ---- a pair's bands ------------------------------------------------------------------------ */
 
@@ -44,14 +57,14 @@ static int ln_h_bands(const model *m, double g, double x, double *out) {
 }
 
 /* dd + ud of every band. */
-static void pair_bands(const model *m, const hetab_rgl_pair *pair, double *out) {
+static void pair_bands(const model *m, int exact, const hetab_rgl_pair *pair, double *out) {
   hetab_direction in = hetab_direction_at(pair->theta_i, m->tau_2sigma);
   hetab_direction to = hetab_direction_at(pair->theta_r, m->tau_2sigma);
   hetab_pair p = hetab_pair_of(&in, &to);
   const hetab_band *bands = hetab_surface_bands(m->surface);
   double lateral2 = p.d2 + p.p * hetab_one_plus_cos(pair->phi), g = p.mu2 * p.ratio2;
   double cos2_d = fmin(0.25 * (p.mu2 + lateral2), 1.0);
-  int smooth = ln_h_bands(m, g, lateral2, out);
+  int smooth = !exact && ln_h_bands(m, g, lateral2, out);
   for (size_t b = 0; b < m->bands; b++) {
     const hetab_wave *wave = &m->waves[b];
     double ln_h = smooth ? out[b] : hetab_ln_h(wave->g * g, wave->x * lateral2);
@@ -62,34 +75,84 @@ static void pair_bands(const model *m, const hetab_rgl_pair *pair, double *out) 
 }
 
 /* Colours outside the gamut lose their negative parts, as in every file for renderers. */
-static void bands_to_srgb(model *m, const double *bands, double rgb[3]) {
+static void bands_to_srgb(worker *w, double rgb[3]) {
   double xyz[3] = {0.0};
-  for (size_t b = 0; b < m->bands; b++)
+  for (size_t b = 0; b < w->m->bands; b++)
     for (int c = 0; c < 3; c++)
-      xyz[c] += m->weights[b][c] * bands[b];
+      xyz[c] += w->m->weights[b][c] * w->bands[b];
   hetab_xyz_to_srgb(xyz, rgb);
   for (int c = 0; c < 3; c++)
     if (rgb[c] < 0.0) {
       rgb[c] = 0.0;
-      m->clamped++;
+      w->clamped++;
     }
+}
+
+static void *work(void *argument) {
+  worker *w = argument;
+  size_t channels = w->m->weights ? 3 : w->m->bands;
+  for (size_t i = 0; i < w->count; i++) {
+    pair_bands(w->m, w->exact, &w->pairs[i], w->bands);
+    if (w->m->weights)
+      bands_to_srgb(w, w->values + i * channels);
+    else
+      memcpy(w->values + i * channels, w->bands, channels * sizeof *w->bands);
+  }
+  return NULL;
+}
+
+static size_t worker_count(size_t pairs) {
+  long cores = sysconf(_SC_NPROCESSORS_ONLN);
+  size_t most = cores > 1 ? (size_t)cores : 1, useful = pairs / WORKER_PAIRS + 1;
+  most = most < MOST_WORKERS ? most : MOST_WORKERS;
+  return useful < most ? useful : most;
+}
+
+/* The first share is the calling thread's; so is what no thread could be had for. */
+static void run_workers(worker *workers, size_t count) {
+  pthread_t threads[MOST_WORKERS];
+  int started[MOST_WORKERS] = {0};
+  for (size_t i = 1; i < count; i++)
+    started[i] = pthread_create(&threads[i], NULL, work, &workers[i]) == 0;
+  for (size_t i = 0; i < count; i++)
+    if (!started[i])
+      work(&workers[i]);
+  for (size_t i = 1; i < count; i++)
+    if (started[i])
+      pthread_join(threads[i], NULL);
+}
+
+static hetab_status evaluate(hetab_context *ctx, model *m, int exact, const hetab_rgl_pair *pairs,
+                             size_t count, double *values) {
+  size_t number = worker_count(count), channels = m->weights ? 3 : m->bands;
+  worker workers[MOST_WORKERS];
+  double *bands = hetab_alloc(ctx, number * m->bands, sizeof *bands);
+  if (!bands)
+    return HETAB_ERR_MEMORY;
+  for (size_t i = 0; i < number; i++) {
+    size_t first = count * i / number, end = count * (i + 1) / number;
+    workers[i] = (worker){.m = m,
+                          .exact = exact,
+                          .pairs = pairs + first,
+                          .count = end - first,
+                          .values = values + first * channels,
+                          .bands = bands + i * m->bands};
+  }
+  run_workers(workers, number);
+  for (size_t i = 0; i < number; i++)
+    m->clamped += workers[i].clamped;
+  free(bands);
+  return HETAB_OK;
 }
 
 static hetab_status model_values(hetab_context *ctx, void *user, const hetab_rgl_pair *pairs,
                                  size_t count, double *values) {
-  model *m = user;
-  double *bands = hetab_alloc(ctx, m->bands, sizeof *bands);
-  if (!bands)
-    return HETAB_ERR_MEMORY;
-  for (size_t i = 0; i < count; i++) {
-    pair_bands(m, &pairs[i], bands);
-    if (m->weights)
-      bands_to_srgb(m, bands, values + 3 * i);
-    else
-      memcpy(values + i * m->bands, bands, m->bands * sizeof *bands);
-  }
-  free(bands);
-  return HETAB_OK;
+  return evaluate(ctx, user, 0, pairs, count, values);
+}
+
+static hetab_status model_reference(hetab_context *ctx, void *user, const hetab_rgl_pair *pairs,
+                                    size_t count, double *values) {
+  return evaluate(ctx, user, 1, pairs, count, values);
 }
 
 /* ---- construction -------------------------------------------------------------------------- */
@@ -187,6 +250,7 @@ hetab_status hetab_rgl_tabulate(hetab_context *ctx, const hetab_surface *surface
                              .wavelengths_um = m.weights ? NULL : m.wavelengths_um,
                              .description = m.description,
                              .values = model_values,
+                             .reference = model_reference,
                              .user = &m};
   report = report ? report : &own;
   HETAB_GOTO(hetab_rgl_build(ctx, &source, &o, out, report));

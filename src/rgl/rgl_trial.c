@@ -80,7 +80,8 @@ hetab_status hetab_rgl_trial_create(hetab_context *ctx, const hetab_rgl_source *
         pairs[i] = pair_of(trial->wi[k], trial->wo[i]);
     }
   }
-  HETAB_GOTO(source->values(ctx, source->user, pairs, count, trial->values));
+  hetab_rgl_values_fn reference = source->reference ? source->reference : source->values;
+  HETAB_GOTO(reference(ctx, source->user, pairs, count, trial->values));
 done:
   free(pairs);
   if (status != HETAB_OK)
