@@ -114,8 +114,8 @@ def check_distributions(rgl):
         require((rgl[name].max(axis=(2, 3)) > 0).all(), f"a slice of '{name}' is all zero")
     cells = (vndf[..., 1:, 1:] + vndf[..., :-1, 1:] + vndf[..., 1:, :-1] + vndf[..., :-1, :-1]) / 4
     norms = cells.mean(axis=(2, 3))
-    # Readers normalise again, and not all by the same rule.
-    require(numpy.abs(norms - 1).max() < 0.05, f"slices of 'vndf' integrate to {norms.ravel()}")
+    # To what is the reader's affair: it normalises again.
+    require(numpy.ptp(norms) < 1e-4 * norms.mean(), f"slices of 'vndf' sum to {norms.ravel()}")
 
 
 def check_rgl(rgl):

@@ -1,6 +1,7 @@
 """Five spheres in a studio, rendered from .bsdf files; see scripts/gallery.
 
 usage: gallery.py HETAB FOLDER OUTPUT [--quick] SURFACE...     FOLDER has SURFACE-rgb.bsdf
+with its SURFACE-rgb.specular.csv.
 
 Writes OUTPUT/spheres.exr (linear) and OUTPUT/spheres.png.
 """
@@ -12,7 +13,7 @@ import matplotlib
 import mitsuba as mi
 import numpy
 
-from model import Model, srgb_weights
+from model import Model
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -22,7 +23,6 @@ PASSES, SAMPLES = 24, 16
 SPACING = 2.45                   # between the centres of spheres of radius 1
 EXPOSURE = 1.0
 LABEL_SPACING = 0.194             # of the picture's width
-SPECULAR_DEG = numpy.linspace(0, 90, 361)
 
 
 def transform():
@@ -73,20 +73,12 @@ def studio():
     }
 
 
-def sphere(surface, k, count, folder, specular):
+def sphere(surface, k, count, folder):
+    name = os.path.join(folder, f"{surface}-rgb")
     return {"type": "sphere", "radius": 1.0,
             "center": [(k - (count - 1) / 2) * SPACING, 1.0, 0.0],
-            "bsdf": {"type": "with_specular", "reflectance": specular,
-                     "table": {"type": "measured",
-                               "filename": os.path.join(folder, f"{surface}-rgb.bsdf")}}}
-
-
-def write_specular(model, path):
-    """The colours of rho_s, for the BSDF that adds it."""
-    mi.set_variant("scalar_rgb")
-    weights = srgb_weights(mi)
-    rho_s = model.reflectance(SPECULAR_DEG, ("rho_s",))
-    numpy.savetxt(path, numpy.clip(weights @ rho_s, 0, 1).T, delimiter=",", fmt="%.7g")
+            "bsdf": {"type": "with_specular", "reflectance": name + ".specular.csv",
+                     "table": {"type": "measured", "filename": name + ".bsdf"}}}
 
 
 def render(scene, passes):
@@ -129,15 +121,12 @@ def main():
     quick = len(arguments) < len(sys.argv) - 1
     hetab, folder, output, *surfaces = arguments
     models = [Model(hetab, surface) for surface in surfaces]
-    for surface, model in zip(surfaces, models):
-        write_specular(model, os.path.join(folder, f"{surface}-specular.csv"))
     mi.set_variant("llvm_ad_rgb")
     from specular import register
     register()
     scene = studio()
     for k, surface in enumerate(surfaces):
-        scene[surface] = sphere(surface, k, len(surfaces), folder,
-                                os.path.join(folder, f"{surface}-specular.csv"))
+        scene[surface] = sphere(surface, k, len(surfaces), folder)
     linear = render(mi.load_dict(scene), 1 if quick else PASSES)
     mi.Bitmap(linear.astype("f4")).write(os.path.join(output, "spheres.exr"))
     abouts = [json.loads(model.run("surfaces", model.surface, "--json")) for model in models]

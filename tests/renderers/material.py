@@ -32,19 +32,28 @@ class Material:
         vector, call, context = self.mi.Vector3f, self.bsdf.eval, self.context
         point = self.interaction([0, 0, 1], wavelengths)
         values = []
-        for towards, away in zip(wi.tolist(), wo.tolist()):
-            point.wi = towards
-            values.append(list(call(context, point, vector(away))))
-        return numpy.array(values).T
+        for a, b, c, x, y, z in zip(*columns(wi), *columns(wo)):
+            point.wi = vector(a, b, c)
+            values.extend(call(context, point, vector(x, y, z)))
+        return numpy.array(values).reshape(len(wo), -1).T
 
     def pdf(self, wi, wo):
         vector, call, context = self.mi.Vector3f, self.bsdf.pdf, self.context
         point = self.interaction(wi)
-        return numpy.array([call(context, point, vector(away)) for away in wo.tolist()])
+        return numpy.array([call(context, point, vector(x, y, z)) for x, y, z in zip(*columns(wo))])
 
     def sample(self, wi, uniform):
         """Directions [count][3] of the samples that have a weight, of uniform[count][2]."""
         vector, call, context = self.mi.Point2f, self.bsdf.sample, self.context
-        point = self.interaction(wi)
-        drawn = (call(context, point, 0.5, vector(u)) for u in uniform.tolist())
-        return numpy.array([(s.wo.x, s.wo.y, s.wo.z) for s, weight in drawn if any(weight)])
+        point, directions = self.interaction(wi), []
+        for u, v in zip(*columns(uniform)):
+            drawn, weight = call(context, point, 0.5, vector(u, v))
+            if any(weight):
+                w = drawn.wo
+                directions += (w.x, w.y, w.z)
+        return numpy.array(directions).reshape(-1, 3)
+
+
+def columns(array):
+    """Lists of plain numbers: a list of rows would cost more than the calls."""
+    return [column.tolist() for column in array.T]

@@ -23,22 +23,22 @@ class Model:
         return done.stdout
 
     def brdf(self, wi, wo):
-        """[wavelength][pair], 1/sr: dd + ud, between unit vectors in double."""
+        """[wavelength][pair], 1/sr: dd + ud, between unit vectors."""
         pairs = [f"{i:.15g},{r:.15g},{phi:.15g}\n" for i, r, phi in zip(*angles_deg(wi, wo))]
         return numpy.array([self.band(nm, pairs) for nm in WAVELENGTHS_NM])
 
     def band(self, nm, pairs):
         prefix = f"{1e-3 * nm:.2f},"
         text = "lambda_um,theta_i_deg,theta_r_deg,phi_deg\n" + prefix + prefix.join(pairs)
-        answer = self.run("eval", "--precision=double", self.surface, text=text)
+        answer = self.run("eval", self.surface, text=text)
         total = answer.split("\n", 1)[0].split(",").index("total")
         return numpy.loadtxt(io.StringIO(answer), delimiter=",", skiprows=1, usecols=total)
 
-    def reflectance(self, theta_deg, parts=("rho_dd", "rho_ud")):
+    def reflectance(self, theta_deg):
         """[wavelength][theta]; without the specular delta, as tables are."""
         answer = self.run("reflectance", "--quiet", "--theta-i",
                           ",".join(f"{t:g}" for t in theta_deg), self.surface)
-        rows = [sum(float(row[part]) for part in parts)
+        rows = [float(row["rho_dd"]) + float(row["rho_ud"])
                 for row in csv.DictReader(io.StringIO(answer))]
         return numpy.array(rows).reshape(len(WAVELENGTHS_NM), len(theta_deg))
 

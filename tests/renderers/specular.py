@@ -1,29 +1,41 @@
 """A Mitsuba BSDF that adds to a .bsdf what a table cannot hold: the specular delta of the model.
 
-    {"type": "with_specular", "table": {"type": "measured", ...}, "reflectance": "specular.csv"}
+    {"type": "with_specular", "table": {"type": "measured", ...}, "reflectance": "x.specular.csv"}
 
-The file is a row of linear sRGB for each of equally spaced angles of incidence from 0 to 90 degrees.
-It is written over arrays: for the LLVM and CUDA variants."""
+The file is what `hetab tabulate` writes beside a .bsdf. In linear sRGB, written over arrays: for
+llvm_ad_rgb and cuda_ad_rgb."""
 import drjit as dr
 import mitsuba as mi
 import numpy
+
+from model import srgb_weights
+
+NODES = 361  # of the reflectance in theta
+
+
+def read_reflectance(path):
+    """[NODES][3], linear sRGB, equally spaced from 0 to 90 degrees."""
+    table = numpy.genfromtxt(path, delimiter=",", names=True)
+    bands = [table[table["wavelength_nm"] == nm] for nm in numpy.unique(table["wavelength_nm"])]
+    theta = numpy.linspace(0, 90, NODES)
+    rho_s = [numpy.interp(theta, band["theta_i_deg"], band["rho_s"]) for band in bands]
+    return numpy.clip(srgb_weights(mi) @ rho_s, 0, 1).T
 
 
 class WithSpecular(mi.BSDF):
     def __init__(self, props):
         mi.BSDF.__init__(self, props)
         self.table = props["table"]
-        rows = numpy.loadtxt(props["reflectance"], delimiter=",", ndmin=2)
-        self.nodes = len(rows)
-        self.channels = [mi.Float(column) for column in rows.T.astype("f4")]
+        reflectance = read_reflectance(props["reflectance"]).astype("f4")
+        self.channels = [mi.Float(column) for column in reflectance.T]
         specular = mi.BSDFFlags.DeltaReflection | mi.BSDFFlags.FrontSide
         self.m_components = [self.table.flags(), int(specular)]
         self.m_flags = self.table.flags() | int(specular)
 
     def reflectance(self, wi):
         """Linear in theta between the nodes."""
-        place = dr.safe_acos(wi.z) * (2 / dr.pi) * (self.nodes - 1)
-        left = dr.clip(mi.UInt32(place), 0, self.nodes - 2)
+        place = dr.safe_acos(wi.z) * (2 / dr.pi) * (NODES - 1)
+        left = dr.clip(mi.UInt32(place), 0, NODES - 2)
         t = place - left
         return mi.Color3f(*(dr.lerp(dr.gather(mi.Float, c, left), dr.gather(mi.Float, c, left + 1), t)
                             for c in self.channels))
