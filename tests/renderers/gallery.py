@@ -13,7 +13,7 @@ import matplotlib
 import mitsuba as mi
 import numpy
 
-from model import Model
+from model import Model, srgb_weights
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -21,7 +21,7 @@ import matplotlib.pyplot as plt
 WIDTH, HEIGHT = 1600, 620
 PASSES, SAMPLES = 24, 16
 SPACING = 2.45                   # between the centres of spheres of radius 1
-EXPOSURE = 1.0
+EXPOSURE, SHOULDER = 1.1, 0.4
 LABEL_SPACING = 0.194             # of the picture's width
 
 
@@ -40,16 +40,6 @@ def light(to_world, radiance):
             "emitter": {"type": "area", "radiance": {"type": "rgb", "value": radiance}}}
 
 
-def window(origin, target, width, height, radiance):
-    """The key light in four panes: how far their cross is blurred is what one sees of roughness."""
-    frame = transform().look_at(origin=origin, target=target, up=[0, 1, 0.01])
-    panes = {}
-    for k, (x, y) in enumerate([(-1, -1), (1, -1), (-1, 1), (1, 1)]):
-        place = frame @ transform().translate([x * width / 4, y * height / 4, 0])
-        panes[f"pane{k}"] = light(place @ transform().scale([0.145 * width, 0.145 * height, 1]), radiance)
-    return panes
-
-
 def studio():
     """Everything but the spheres. y is up, the camera looks along -z."""
     return {
@@ -65,7 +55,7 @@ def studio():
         "rim": softbox([11, 5, -6], [0, 1, 0], 2.0, 9, [4.2, 5.8, 8.6]),
         "top": softbox([0, 8.5, -7], [0, 0, 0], 18, 1.4, [3.6, 3.7, 3.9]),
         "fill": softbox([10, 3, 16], [0, 1, 0], 5, 9, [0.42, 0.44, 0.5]),
-        **window([-7.5, 10.5, 8.5], [0, 0.8, 0], 10, 7.5, [15.0, 14.0, 12.3]),
+        "key": softbox([-7.5, 10.5, 8.5], [0, 0.8, 0], 6.5, 5, [10.5, 9.8, 8.6]),
         "floor": {"type": "rectangle",
                   "to_world": transform().rotate([1, 0, 0], -90) @ transform().scale([90, 90, 1]),
                   "bsdf": {"type": "roughplastic", "alpha": 0.14, "distribution": "ggx",
@@ -91,9 +81,11 @@ def render(scene, passes):
 
 
 def tone(linear):
-    """Display values in [0, 1]: straight below, with a shoulder for the lights."""
+    """Display values in [0, 1]: straight below SHOULDER, then bending towards the lights."""
     x = numpy.maximum(EXPOSURE * linear, 0)
-    x = numpy.where(x < 0.6, x, 0.6 + 0.4 * (1 - numpy.exp(-(x - 0.6) / 0.4)))
+    room = 1 - SHOULDER
+    bent = SHOULDER + room * (1 - numpy.exp(-numpy.maximum(x - SHOULDER, 0) / (1.6 * room)))
+    x = numpy.where(x < SHOULDER, x, bent)
     return numpy.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)
 
 
@@ -121,9 +113,11 @@ def main():
     quick = len(arguments) < len(sys.argv) - 1
     hetab, folder, output, *surfaces = arguments
     models = [Model(hetab, surface) for surface in surfaces]
+    mi.set_variant("scalar_rgb")
+    weights = srgb_weights(mi)
     mi.set_variant("llvm_ad_rgb")
     from specular import register
-    register()
+    register(weights)
     scene = studio()
     for k, surface in enumerate(surfaces):
         scene[surface] = sphere(surface, k, len(surfaces), folder)

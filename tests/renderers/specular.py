@@ -8,26 +8,26 @@ import drjit as dr
 import mitsuba as mi
 import numpy
 
-from model import srgb_weights
-
 NODES = 361  # of the reflectance in theta
 
 
-def read_reflectance(path):
-    """[NODES][3], linear sRGB, equally spaced from 0 to 90 degrees."""
+def read_reflectance(path, weights):
+    """[3][NODES], linear sRGB, equally spaced from 0 to 90 degrees."""
     table = numpy.genfromtxt(path, delimiter=",", names=True)
     bands = [table[table["wavelength_nm"] == nm] for nm in numpy.unique(table["wavelength_nm"])]
     theta = numpy.linspace(0, 90, NODES)
     rho_s = [numpy.interp(theta, band["theta_i_deg"], band["rho_s"]) for band in bands]
-    return numpy.clip(srgb_weights(mi) @ rho_s, 0, 1).T
+    return numpy.clip(weights @ rho_s, 0, 1)
 
 
 class WithSpecular(mi.BSDF):
+    weights = None  # [3][wavelength], of linear sRGB
+
     def __init__(self, props):
         mi.BSDF.__init__(self, props)
         self.table = props["table"]
-        reflectance = read_reflectance(props["reflectance"]).astype("f4")
-        self.channels = [mi.Float(column) for column in reflectance.T]
+        reflectance = read_reflectance(props["reflectance"], self.weights).astype("f4")
+        self.channels = [mi.Float(channel) for channel in reflectance]
         specular = mi.BSDFFlags.DeltaReflection | mi.BSDFFlags.FrontSide
         self.m_components = [self.table.flags(), int(specular)]
         self.m_flags = self.table.flags() | int(specular)
@@ -72,6 +72,7 @@ class WithSpecular(mi.BSDF):
         return f"WithSpecular[{self.table}]"
 
 
-def register():
-    """For the variant that is set."""
+def register(weights):
+    """For the variant that was set when this module was imported."""
+    WithSpecular.weights = weights
     mi.register_bsdf("with_specular", WithSpecular)
