@@ -68,8 +68,8 @@ static int print_json(const tabulate_job *job) {
   json_t *outputs = json_array();
   for (size_t i = 0; i < job->output_count; i++)
     json_array_append_new(outputs, output_json(job, &job->outputs[i]));
-  json_t *json = engine_json(job->engine);
-  json_object_set_new(json, "surface", cli_json_text(hetab_surface_name(job->surface)));
+  json_t *json = json_pack("{so}", "surface", cli_json_text(hetab_surface_name(job->surface)));
+  json_object_update_new(json, engine_json(job->engine));
   json_object_set_new(json, "version", json_string(hetab_version()));
   json_object_set_new(json, "outputs", outputs);
   return cli_json_print(json);

@@ -3,6 +3,7 @@
  *   f cos(theta_o) = spectra(s) ndf(u_m) / (4 sigma(u_wi)). */
 #include "rgl/rgl_internal.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -78,12 +79,14 @@ static float dot(const float a[3], const float b[3]) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-static void half_vector(const float wi[3], const float wo[3], float m[3]) {
+/* 0 if there is none: directions that are opposite to float's last digit. */
+static int half_vector(const float wi[3], const float wo[3], float m[3]) {
   for (int c = 0; c < 3; c++)
     m[c] = wi[c] + wo[c];
   float length = sqrtf(dot(m, m));
   for (int c = 0; c < 3; c++)
     m[c] /= length;
+  return length > 0.0f;
 }
 
 static void place_of(const float m[3], float phi_i, float u[2]) {
@@ -129,10 +132,9 @@ void hetab_rgl_eval(const hetab_rgl *rgl, const float wi[3], const float wo[3], 
   float m[3], u_m[2], s[2];
   for (size_t c = 0; c < rgl->channels; c++)
     value[c] = 0.0f;
-  if (!(wi[2] > 0.0f && wo[2] > 0.0f))
+  if (!(wi[2] > 0.0f && wo[2] > 0.0f && half_vector(wi, wo, m)))
     return;
   incidence in = incidence_of(rgl, wi);
-  half_vector(wi, wo, m);
   place_of(m, in.phi, u_m);
   hetab_warp_invert(&rgl->vndf, &in.blend, u_m, s);
   hetab_cell cell = hetab_cell_at(rgl->resolution, rgl->resolution, s);
@@ -147,14 +149,13 @@ void hetab_rgl_eval(const hetab_rgl *rgl, const float wi[3], const float wo[3], 
 
 float hetab_rgl_pdf(const hetab_rgl *rgl, const float wi[3], const float wo[3]) {
   float m[3], u_m[2], s[2];
-  if (!(wi[2] > 0.0f && wo[2] > 0.0f))
+  if (!(wi[2] > 0.0f && wo[2] > 0.0f && half_vector(wi, wo, m)))
     return 0.0f;
   incidence in = incidence_of(rgl, wi);
-  half_vector(wi, wo, m);
   place_of(m, in.phi, u_m);
   float density = hetab_warp_invert(&rgl->vndf, &in.blend, u_m, s);
   density *= hetab_warp_density(&rgl->luminance, &in.blend, s);
-  return density / jacobian(wi, m, u_m[0]);
+  return fminf(density / jacobian(wi, m, u_m[0]), FLT_MAX);
 }
 
 float hetab_rgl_sample(const hetab_rgl *rgl, const float wi[3], const float u[2], float wo[3]) {
@@ -172,7 +173,7 @@ float hetab_rgl_sample(const hetab_rgl *rgl, const float wi[3], const float u[2]
     wo[c] = along * m[c] - wi[c];
   if (!(wo[2] > 0.0f && along > 0.0f))
     return 0.0f;
-  return density / jacobian(wi, m, u_m[0]);
+  return fminf(density / jacobian(wi, m, u_m[0]), FLT_MAX);
 }
 
 void hetab_rgl_free(hetab_rgl *rgl) {

@@ -46,7 +46,7 @@ hetab_status hetab_rgl_build_at(hetab_context *ctx, const hetab_rgl_source *sour
 
 /* What the reader makes of any table, against the source (the same channels): fills the report's
  * errors, over incidences from 0 to 80 degrees, directions drawn half from the table's own sampler
- * and half by the cosine. */
+ * and half evenly. */
 hetab_status hetab_rgl_measure(hetab_context *ctx, const hetab_rgl_source *source,
                                const hetab_rgl *rgl, hetab_rgl_report *report);
 

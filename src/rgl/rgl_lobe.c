@@ -37,7 +37,7 @@ static hetab_status lobes(hetab_context *ctx, const hetab_rgl_source *source, co
   HETAB_GOTO(source->values(ctx, source->user, pairs, total, values));
   for (size_t i = 0; i < total; i++) {
     double cosine = cos(pairs[i].theta_i);
-    out[i] = cosine * cosine * hetab_rgl_luminance(source, values + i * source->channels);
+    out[i] = cosine * cosine * hetab_rgl_luminance(source, values + i * source->channels, 1);
   }
 done:
   free(pairs);

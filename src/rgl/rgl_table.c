@@ -4,12 +4,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-double hetab_rgl_luminance(const hetab_rgl_source *source, const double *values) {
+double hetab_rgl_luminance(const hetab_rgl_source *source, const double *values, size_t stride) {
   double sum = 0.0;
   if (!source->wavelengths_um)
-    return 0.2126 * values[0] + 0.7152 * values[1] + 0.0722 * values[2];
+    return 0.2126 * values[0] + 0.7152 * values[stride] + 0.0722 * values[2 * stride];
   for (size_t c = 0; c < source->channels; c++)
-    sum += values[c];
+    sum += values[c * stride];
   return sum / (double)source->channels;
 }
 
@@ -259,17 +259,11 @@ done:
 /* What samplers draw nodes by: at least a thousandth of the slice's mean. */
 static void luminance_slice(const hetab_rgl_source *source, const double *spectra, size_t nodes,
                             float *out) {
-  double values[64], mean = 0.0; /* a spectrum at a node */
+  double mean = 0.0;
   for (size_t i = 0; i < nodes; i++) {
-    double sum = 0.0;
-    for (size_t c = 0; c < source->channels; c++) {
-      if (source->wavelengths_um)
-        sum += spectra[c * nodes + i] / (double)source->channels;
-      else
-        values[c] = spectra[c * nodes + i];
-    }
-    out[i] = (float)(source->wavelengths_um ? sum : hetab_rgl_luminance(source, values));
-    mean += (double)out[i] / (double)nodes;
+    double luminance = hetab_rgl_luminance(source, spectra + i, nodes);
+    out[i] = (float)luminance;
+    mean += luminance / (double)nodes;
   }
   for (size_t i = 0; i < nodes; i++)
     out[i] = fmaxf(out[i], (float)(1e-3 * mean));

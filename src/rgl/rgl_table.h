@@ -5,8 +5,9 @@
 #include "rgl/rgl_build.h"
 #include "rgl/rgl_internal.h"
 
-/* One number for a source's values: their luminance, or, for spectra, their mean. */
-double hetab_rgl_luminance(const hetab_rgl_source *source, const double *values);
+/* One number for a source's values, channel c at values[c * stride]: their luminance, or, for
+ * spectra, their mean. */
+double hetab_rgl_luminance(const hetab_rgl_source *source, const double *values, size_t stride);
 
 /* A table with everything but spectra and luminance: ndf (from hetab_rgl_lobe_from_data()), sigma,
  * and vndf for incidences theta_i[shape->theta_i], ascending, 0 to pi/2. */
