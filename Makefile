@@ -55,6 +55,16 @@ test: setup ## set up, build and run every test
 	@$(MAKE) --no-print-directory -s build tests
 	@sh scripts/run_tests $(BUILD)
 
+.PHONY: test-renderers
+test-renderers: setup ## check the .bsdf tables in Mitsuba 3 (from PyPI, below build/)
+	@$(MAKE) --no-print-directory -s build
+	@PYTHON=$(PYTHON) scripts/test_renderers $(BUILD)
+
+.PHONY: gallery
+gallery: setup ## render the report's five surfaces in Mitsuba 3 to out/gallery/
+	@$(MAKE) --no-print-directory -s build
+	@PYTHON=$(PYTHON) scripts/gallery $(BUILD) out/gallery
+
 .PHONY: tests
 tests: $(TESTS) $(BUILD)/tests/exr_readback
 
