@@ -12,7 +12,8 @@ works "help" --help
 check "help lists commands" has '^  tabulate '
 works "version" --version
 check "version names the program" has '^hetab [0-9]+\.[0-9]+\.[0-9]+$'
-for command in tabulate eval devices surfaces bench reflectance audit view; do
+for command in tabulate eval devices surfaces bench reflectance audit roughness fit predict \
+  convert view; do
   works "$command --help" $command --help
   check "$command --help has usage" has "^Usage: hetab $command "
   check "$command --help fits 80 columns" test "$(wc -L <out)" -le 80

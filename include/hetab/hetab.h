@@ -15,6 +15,12 @@
 #include <hetab/reflectance.h>
 #include <hetab/view.h>
 #include <hetab/audit.h>
+#include <hetab/roughness.h>
+#include <hetab/measurements.h>
+#include <hetab/fit.h>
+#include <hetab/predict.h>
 #include <hetab/bench.h>
+#include <hetab/sampler.h>
+#include <hetab/convert.h>
 #include <hetab/lookup.h>
 #endif

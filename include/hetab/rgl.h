@@ -26,7 +26,7 @@ typedef struct hetab_rgl_report {
   double target;         /* what was asked for of error_l1 */
   size_t theta_i_count, ndf_count, vndf_count, resolution;
   size_t bytes;   /* of the file */
-  size_t clamped; /* negative values of linear sRGB set to 0, of all that were looked at */
+  size_t clamped; /* negative values of linear sRGB set to 0 */
 } hetab_rgl_report;
 
 /* A table of the surface, at the smallest resolution whose error, read back by the functions below,

@@ -108,6 +108,10 @@ static int has_format(const tabulate_job *job, output_format format) {
   return 0;
 }
 
+static int has_dense(const tabulate_job *job) {
+  return has_format(job, OUTPUT_H5) || has_format(job, OUTPUT_EXR);
+}
+
 /* --bands takes words for OpenEXR and RGL tables, and wavelengths for MERL tables. */
 static int is_channels(const char *bands) {
   return bands && (strcmp(bands, "rgb") == 0 || strcmp(bands, "spectral") == 0);
@@ -183,6 +187,8 @@ static hetab_status open_inputs(tabulate_job *job) {
 
 /* Float by default, double where the tolerance asks for more than float arithmetic has. */
 static hetab_precision choose_precision(const tabulate_request *r) {
+  if (r->method == HETAB_METHOD_LITERAL)
+    return HETAB_DOUBLE;
   if (r->precision >= 0)
     return (hetab_precision)r->precision;
   return r->tolerance > 0 && r->tolerance < 1e-5 ? HETAB_DOUBLE : HETAB_FLOAT;
@@ -277,29 +283,28 @@ static void choose_exr(tabulate_job *job) {
   o->overwrite = r->force;
 }
 
-static int create_writers(tabulate_job *job) {
+static void choose_h5(tabulate_job *job) {
   const tabulate_request *r = job->request;
-  choose_exr(job);
-  hetab_precision precision = hetab_engine_precision(job->engine);
+  hetab_precision precision = choose_precision(r);
   job->h5_options =
       (hetab_h5_options){.element = r->element < 0 ? precision : (hetab_precision)r->element,
                          .slabs = precision,
                          .compression = (int)r->compression,
                          .overwrite = r->force};
+}
+
+static int create_writers(tabulate_job *job, output_format format) {
   double *rho = specular_table(job, hetab_grid_deg(job->grid, HETAB_THETA_I),
-                               hetab_grid_count(job->grid, HETAB_THETA_I), OUTPUT_H5);
+                               hetab_grid_count(job->grid, HETAB_THETA_I), format);
   if (!rho)
     return CLI_FAILURE;
   hetab_status status = HETAB_OK;
   for (size_t i = 0; i < job->output_count && status == HETAB_OK; i++) {
     table_output *o = &job->outputs[i];
-    if (o->format == OUTPUT_H5)
-      status = create_h5(job, o, rho);
-    else if (o->format == OUTPUT_EXR)
-      status = create_exr(job, o, rho);
+    if (o->format == format)
+      status = format == OUTPUT_H5 ? create_h5(job, o, rho) : create_exr(job, o, rho);
   }
   free(rho);
-  job->specular_max[OUTPUT_EXR] = job->specular_max[OUTPUT_H5];
   return status == HETAB_OK ? -1 : cli_fail_context(job->ctx);
 }
 
@@ -366,9 +371,6 @@ static int fill_dense(tabulate_job *job) {
   const tabulate_request *r = job->request;
   hetab_tabulate_options options = {.samples = r->samples, .seed = (unsigned)r->seed};
   hetab_report *report = &job->reports[OUTPUT_H5];
-  int status = create_writers(job);
-  if (status >= 0)
-    return status;
   cli_progress_begin(job->ctx, hetab_surface_name(job->surface), r->quiet);
   hetab_status done = hetab_tabulate(job->ctx, job->engine, job->surface, job->grid, &options,
                                      fan_out, job, report);
@@ -463,16 +465,32 @@ static int publish(tabulate_job *job) {
 
 /* ---- the command --------------------------------------------------------------------------- */
 
-static int evaluate(tabulate_job *job) {
-  int dense = has_format(job, OUTPUT_H5) || has_format(job, OUTPUT_EXR), status = -1;
-  int device = dense || has_format(job, OUTPUT_MERL);
-  if (open_inputs(job) != HETAB_OK || (device && open_engine(job) != HETAB_OK))
+/* Inputs, the files' layout and the engine, if one is needed; the OpenCL runtime loads meanwhile.
+ * OpenEXR files say in their header what the engine is. */
+static int prepare(tabulate_job *job) {
+  int device = has_dense(job) || has_format(job, OUTPUT_MERL);
+  if (device && job->request->method != HETAB_METHOD_LITERAL)
+    job->preload = hetab_preload_start();
+  if (open_inputs(job) != HETAB_OK)
     return cli_fail_context(job->ctx);
-  if (has_format(job, OUTPUT_RGL))
+  choose_h5(job);
+  int status = has_format(job, OUTPUT_H5) ? create_writers(job, OUTPUT_H5) : -1;
+  if (status < 0 && device && open_engine(job) != HETAB_OK)
+    status = cli_fail_context(job->ctx);
+  if (status < 0 && has_format(job, OUTPUT_EXR)) {
+    choose_exr(job);
+    status = create_writers(job, OUTPUT_EXR);
+  }
+  return status;
+}
+
+static int evaluate(tabulate_job *job) {
+  int status = prepare(job);
+  if (status < 0 && has_format(job, OUTPUT_RGL))
     status = fill_rgl(job);
   if (status < 0 && has_format(job, OUTPUT_MERL)) /* first: it can refuse, and is the shorter job */
     status = fill_merl(job);
-  if (status < 0 && dense)
+  if (status < 0 && has_dense(job))
     status = fill_dense(job);
   return status < 0 ? publish(job) : status;
 }
@@ -499,6 +517,7 @@ static int run_job(const cli_command *self, const tabulate_request *request) {
   hetab_merl_free(job.merl);
   hetab_rgl_free(job.rgl);
   hetab_engine_free(job.engine);
+  hetab_preload_finish(job.preload);
   hetab_grid_free(job.grid);
   hetab_surface_free(job.surface);
   hetab_context_free(job.ctx);

@@ -39,6 +39,7 @@ typedef struct tabulate_job {
   hetab_context *ctx;
   hetab_surface *surface;
   hetab_grid *grid;
+  hetab_preload *preload;
   hetab_engine *engine; /* NULL if all is done on the host */
   table_output *outputs;
   size_t output_count;

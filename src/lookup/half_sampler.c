@@ -7,8 +7,10 @@ enum {
   NODES = HETAB_SAMPLER_INCIDENCES,
   RINGS = HETAB_SAMPLER_RINGS,
   SECTORS = HETAB_SAMPLER_SECTORS,
-  FINE = 2, /* points of a cell an axis */
-  POINTS = RINGS * SECTORS * FINE * FINE
+  FINE = 4, /* points of a cell across rings, and along them */
+  FINE_SECTORS = 2,
+  COLUMNS = SECTORS * FINE_SECTORS,
+  POINTS = RINGS * FINE * COLUMNS
 };
 
 static const float pi_f = 3.14159265358979f;
@@ -70,17 +72,17 @@ static void clear_scratch(scratch *s) {
   free(s->value);
 }
 
-/* Point p of the rings and sectors, FINE times finer, for the incidence in the plane y = 0. */
+/* Point p of the finer rings and sectors for the incidence in the plane y = 0. */
 static void put_point(double cos_i, size_t p, scratch *s) {
-  double fine = (double)(p / (SECTORS * FINE)), low = fine / (RINGS * FINE);
+  double fine = (double)(p / COLUMNS), low = fine / (RINGS * FINE);
   double high = (fine + 1) / (RINGS * FINE), middle = 0.5 * (low + high);
   double v = pow(middle, 4), width = pow(high, 4) - pow(low, 4);
-  double phi = ((double)(p % (SECTORS * FINE)) + 0.5) / (SECTORS * FINE) * M_PI;
+  double phi = ((double)(p % COLUMNS) + 0.5) / COLUMNS * M_PI;
   double sin_i = sqrt(1 - cos_i * cos_i), side = sqrt(v), up = sqrt(1 - v);
   double h[3] = {side * cos(phi), side * sin(phi), up}, i_h = sin_i * h[0] + cos_i * up;
   double o[3] = {2 * i_h * h[0] - sin_i, 2 * i_h * h[1], 2 * i_h * up - cos_i};
   /* both signs of the azimuth; dh = dv dphi / (2 cos(theta_h)), dwo = 4 (wo.h) dh */
-  double solid = 2 * width * M_PI / (SECTORS * FINE) / (2 * up) * 4 * i_h;
+  double solid = 2 * width * M_PI / COLUMNS / (2 * up) * 4 * i_h;
   s->weight[p] = i_h > 0 && o[2] > 0 ? solid * o[2] : 0;
   for (int a = 0; a < 3; a++)
     s->wo[p][a] = (float)o[a];
@@ -97,7 +99,7 @@ static double cell_masses(const scratch *s, size_t channels, double (*mass)[SECT
     double sum = 0;
     for (size_t p = 0; p < POINTS; p++) {
       double part = s->weight[p] * (double)s->value[p * channels + c];
-      sums[p / (SECTORS * FINE * FINE)][p % (SECTORS * FINE) / FINE] += part;
+      sums[p / (COLUMNS * FINE)][p % COLUMNS / FINE_SECTORS] += part;
       sum += part;
     }
     albedo[c] = (float)sum;
@@ -113,7 +115,7 @@ static double cell_masses(const scratch *s, size_t channels, double (*mass)[SECT
 static double cosine_masses(const scratch *s, double (*mass)[SECTORS]) {
   double total = 0;
   for (size_t p = 0; p < POINTS; p++) {
-    mass[p / (SECTORS * FINE * FINE)][p % (SECTORS * FINE) / FINE] += s->weight[p];
+    mass[p / (COLUMNS * FINE)][p % COLUMNS / FINE_SECTORS] += s->weight[p];
     total += s->weight[p];
   }
   return total;

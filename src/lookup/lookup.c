@@ -97,7 +97,8 @@ static hetab_status copy_wavelengths(hetab_context *ctx, const double *lambda_um
 static hetab_status read_h5(hetab_context *ctx, hetab_h5_table *h5, const char *path,
                             hetab_lookup_rule rule, hetab_lookup *table) {
   table->channels = hetab_h5_wavelength_count(h5);
-  HETAB_TRY(copy_wavelengths(ctx, hetab_h5_wavelengths_um(h5), table));
+  if (hetab_h5_wavelengths_um(h5))
+    HETAB_TRY(copy_wavelengths(ctx, hetab_h5_wavelengths_um(h5), table));
   HETAB_TRY(hetab_specular_of_h5(ctx, h5, path, &table->specular));
   HETAB_TRY(hetab_dense_source_load(ctx, h5, path, &table->dense));
   if (rule == HETAB_LOOKUP_NEAREST)
@@ -112,7 +113,7 @@ static hetab_status read_h5(hetab_context *ctx, hetab_h5_table *h5, const char *
 static hetab_status open_h5(hetab_context *ctx, const char *path, hetab_lookup_rule rule,
                             hetab_lookup *table) {
   hetab_h5_table *h5;
-  HETAB_TRY(hetab_h5_open(ctx, path, &h5));
+  HETAB_TRY(hetab_h5_open_any(ctx, path, &h5));
   hetab_status status = read_h5(ctx, h5, path, rule, table);
   hetab_h5_close(h5);
   return status;

@@ -10,7 +10,7 @@
 #include "rgl/rgl_trial.h"
 
 /* Incidences, every 2 degrees; those up to 80 degrees count. */
-enum { TRIAL_INCIDENCES = 34, TRIAL_DIRECTIONS = 1000 };
+enum { TRIAL_INCIDENCES = 32, TRIAL_DIRECTIONS = 1000 };
 enum { PROBES = 46, LAST_PROBE = 40, PROBE_RESOLUTION = 12 };
 
 /* ---- incidences ---------------------------------------------------------------------------- */
@@ -134,7 +134,7 @@ enum {
 };
 
 /* Of what was asked for, so that other random directions find the error below it too. */
-static const double margin = 0.9;
+static const double margin = 0.8;
 /* The bias asked for, of the error. */
 static const double bias_share = 0.3;
 
@@ -150,22 +150,23 @@ typedef struct search {
   hetab_rgl_report report;
 } search;
 
-static int serves(const search *s, const hetab_rgl_report *report) {
-  return report->error_l1 <= margin * s->target &&
-         fabs(report->bias) <= margin * bias_share * s->target;
+/* The errors over what is allowed: at most 1 serves. */
+static double excess_of(const search *s, const hetab_rgl_report *report) {
+  double allowed = margin * s->target;
+  return fmax(report->error_l1 / allowed, fabs(report->bias) / (bias_share * allowed));
 }
 
 /* Whether `report` is of a better table than the best so far. */
 static int is_better(const search *s, const hetab_rgl_report *report) {
   if (!s->best)
     return 1;
-  if (serves(s, report) != serves(s, &s->report))
-    return serves(s, report);
-  return serves(s, report) ? report->bytes < s->report.bytes
-                           : report->error_l1 < s->report.error_l1;
+  double excess = excess_of(s, report), best = excess_of(s, &s->report);
+  if (excess <= 1.0 && best <= 1.0)
+    return report->bytes < s->report.bytes;
+  return excess < best;
 }
 
-static hetab_status try_shape(search *s, const hetab_rgl_shape *shape, int *good) {
+static hetab_status try_shape(search *s, const hetab_rgl_shape *shape, double *excess) {
   hetab_rgl_report report = {.target = s->target,
                              .theta_i_count = shape->theta_i,
                              .ndf_count = shape->ndf,
@@ -177,7 +178,7 @@ static hetab_status try_shape(search *s, const hetab_rgl_shape *shape, int *good
   HETAB_GOTO(hetab_rgl_trial_run(s->ctx, &s->trial, rgl, &report.error_l1, &report.bias));
   HETAB_GOTO(hetab_rgl_bytes(s->ctx, rgl, &report.bytes));
   HETAB_GOTO(hetab_progress(s->ctx, (double)++s->tried, THETA_I_COUNTS + RESOLUTIONS));
-  *good = serves(s, &report);
+  *excess = excess_of(s, &report);
   if (is_better(s, &report)) {
     hetab_rgl_free(s->best);
     s->best = rgl;
@@ -194,37 +195,46 @@ static size_t enough_incidences(const search *s) {
   double intervals = 0.0, step = M_PI_2 / (PROBES - 1);
   for (size_t k = 1; k < PROBES; k++)
     intervals += 0.5 * (s->density[k - 1] + s->density[k]) * step;
-  intervals /= sqrt(0.2 * s->target);
+  intervals /= sqrt(0.3 * s->target);
   size_t t = 0;
   while (t + 1 < THETA_I_COUNTS && (double)theta_i_counts[t] < intervals + 1.0)
     t++;
   return t;
 }
 
+/* The next resolution for a table whose error is `excess` times what it should be. */
+static size_t more_nodes(size_t r, double excess) {
+  double factor = fmin(sqrt(fmax(excess, 1.0)), 1.8);
+  size_t next = r + 1;
+  while (next + 1 < RESOLUTIONS && (double)resolutions[next + 1] <= factor * (double)resolutions[r])
+    next++;
+  return next;
+}
+
 /* Along the border between shapes that serve and shapes that do not: more nodes where one does not,
  * fewer incidences where it does. */
 static hetab_status walk(search *s) {
   size_t t = enough_incidences(s), r = 0;
-  for (;;) {
+  while (r < RESOLUTIONS) {
     hetab_rgl_shape shape = s->shape;
-    int good;
+    double excess;
     shape.theta_i = theta_i_counts[t];
     shape.resolution = resolutions[r];
-    HETAB_TRY(try_shape(s, &shape, &good));
-    if (good && t == 0)
-      return HETAB_OK;
-    if (good)
-      t--;
-    else if (++r == RESOLUTIONS)
+    HETAB_TRY(try_shape(s, &shape, &excess));
+    if (excess > 1.0)
+      r = more_nodes(r, excess);
+    else if (t == 0)
       break;
+    else
+      t--;
   }
-  if (serves(s, &s->report))
+  if (excess_of(s, &s->report) <= 1.0)
     return HETAB_OK;
   hetab_rgl_shape most = s->shape;
-  int good;
+  double excess;
   most.theta_i = theta_i_counts[THETA_I_COUNTS - 1];
   most.resolution = resolutions[RESOLUTIONS - 1];
-  return try_shape(s, &most, &good);
+  return try_shape(s, &most, &excess);
 }
 
 /* Nodes for the lobe: at least 8 over its half width. */

@@ -18,10 +18,11 @@ typedef hetab_status (*hetab_rgl_values_fn)(hetab_context *ctx, void *user,
                                             double *values);
 
 typedef struct hetab_rgl_source {
-  size_t channels;              /* 3 for linear sRGB, else one a wavelength */
-  const double *wavelengths_um; /* [channels], ascending; NULL: linear sRGB */
-  const char *description;      /* goes into the file; NULL: none */
-  hetab_rgl_values_fn values;   /* isotropic: even in phi */
+  size_t channels;               /* 3 for linear sRGB, else one a wavelength */
+  const double *wavelengths_um;  /* [channels], ascending; NULL: linear sRGB */
+  const char *description;       /* goes into the file; NULL: none */
+  hetab_rgl_values_fn values;    /* isotropic: even in phi */
+  hetab_rgl_values_fn reference; /* what errors are measured against; NULL: values */
   void *user;
 } hetab_rgl_source;
 
@@ -45,7 +46,7 @@ hetab_status hetab_rgl_build_at(hetab_context *ctx, const hetab_rgl_source *sour
 
 /* What the reader makes of any table, against the source (the same channels): fills the report's
  * errors, over incidences from 0 to 80 degrees, directions drawn half from the table's own sampler
- * and half by the cosine. */
+ * and half evenly. */
 hetab_status hetab_rgl_measure(hetab_context *ctx, const hetab_rgl_source *source,
                                const hetab_rgl *rgl, hetab_rgl_report *report);
 

@@ -9,59 +9,38 @@
 #include "model/model.h"
 #include "rgl/rgl_table.h"
 
-static const double theta_d_deg[] = {0.0, 30.0, 50.0, 65.0, 76.0};
-static const double phi_d_deg[] = {45.0, 90.0};
+static const double theta_d_deg[] = {0.0, 30.0, 50.0, 65.0, 76.0, 82.0};
+enum { THETA_D = sizeof theta_d_deg / sizeof *theta_d_deg };
+
 /* The part of the mixture that is uniform, so that no direction is without nodes. */
 static const double broad = 0.001;
-enum {
-  THETA_D = sizeof theta_d_deg / sizeof *theta_d_deg,
-  PHI_D = sizeof phi_d_deg / sizeof *phi_d_deg
-};
 
-/* The pair of half vector theta_h and difference (theta_d, phi_d); the product of its cosines, 0
- * if it is not above the horizon. */
-static double pair_of(double theta_h, double theta_d, double phi_d, hetab_rgl_pair *pair) {
-  double a = cos(theta_h) * cos(theta_d), b = sin(theta_h) * sin(theta_d) * cos(phi_d);
-  double mu_i = a - b, mu_r = a + b;
-  double x = sin(theta_h) * cos(theta_d), dx = cos(theta_h) * sin(theta_d) * cos(phi_d);
-  double dy = sin(theta_d) * sin(phi_d);
-  double i[2] = {x + dx, dy}, r[2] = {x - dx, -dy};
-  *pair = (hetab_rgl_pair){atan2(hypot(i[0], i[1]), mu_i), atan2(hypot(r[0], r[1]), mu_r),
-                           atan2(i[0] * r[1] - i[1] * r[0], i[0] * r[0] + i[1] * r[1])};
-  return mu_i > 1e-6 && mu_r > 1e-6 ? mu_i * mu_r : 0.0;
+/* The pair of half vector theta_h and difference (theta_d, 90 degrees): there both directions are
+ * equally far from the normal, and above the horizon for any theta_h. */
+static hetab_rgl_pair pair_of(double theta_h, double theta_d) {
+  double z = cos(theta_h) * cos(theta_d), x = sin(theta_h) * cos(theta_d), y = sin(theta_d);
+  double theta = atan2(hypot(x, y), z);
+  return (hetab_rgl_pair){theta, theta, 2.0 * atan2(y, x)};
 }
 
-/* The mean over phi_d of f cos cos, [THETA_D][count]. */
+/* f cos cos, [THETA_D][count]. */
 static hetab_status lobes(hetab_context *ctx, const hetab_rgl_source *source, const double *theta_m,
                           size_t count, double *out) {
-  size_t total = (size_t)THETA_D * PHI_D * count, filled = 0;
+  size_t total = THETA_D * count;
   hetab_rgl_pair *pairs = hetab_alloc(ctx, total, sizeof *pairs);
-  double *weight = hetab_alloc(ctx, total, sizeof *weight);
   double *values = hetab_alloc(ctx, total * source->channels, sizeof *values);
-  hetab_status status = HETAB_ERR_MEMORY;
-  if (!pairs || !weight || !values)
-    goto done;
-  for (size_t d = 0; d < THETA_D; d++)
-    for (size_t i = 0; i < count; i++)
-      for (size_t p = 0; p < PHI_D; p++, filled++) {
-        double theta_h = fmin(theta_m[i], M_PI_2 - 1e-3);
-        weight[filled] = pair_of(theta_h, hetab_radians(theta_d_deg[d]),
-                                 hetab_radians(phi_d_deg[p]), &pairs[filled]);
-        if (weight[filled] == 0.0)
-          pairs[filled] = (hetab_rgl_pair){0};
-      }
+  hetab_status status;
+  HETAB_GOTO(pairs && values ? HETAB_OK : HETAB_ERR_MEMORY);
+  for (size_t i = 0; i < total; i++)
+    pairs[i] =
+        pair_of(fmin(theta_m[i % count], M_PI_2 - 1e-3), hetab_radians(theta_d_deg[i / count]));
   HETAB_GOTO(source->values(ctx, source->user, pairs, total, values));
-  for (size_t k = 0; k < THETA_D * count; k++) {
-    double sum = 0.0, valid = 0.0;
-    for (size_t p = k * PHI_D; p < (k + 1) * PHI_D; p++) {
-      sum += weight[p] * hetab_rgl_luminance(source, values + p * source->channels);
-      valid += weight[p] > 0.0;
-    }
-    out[k] = valid > 0.0 ? sum / valid : 0.0;
+  for (size_t i = 0; i < total; i++) {
+    double cosine = cos(pairs[i].theta_i);
+    out[i] = cosine * cosine * hetab_rgl_luminance(source, values + i * source->channels);
   }
 done:
   free(pairs);
-  free(weight);
   free(values);
   return status;
 }
@@ -76,11 +55,10 @@ static double projected(const double *theta, const double *density, size_t count
   return sum;
 }
 
-/* The width of a smooth surface's lobe grows as 1 / cos(theta_d); its wide parts need their share
- * of the nodes most, for the narrow ones stand on top of them. */
+/* The width of a smooth surface's lobe grows as 1 / cos(theta_d): its wide parts need their share
+ * of the nodes, for the narrow ones stand on top of them. */
 static double share(size_t d) {
-  double cosine = cos(hetab_radians(theta_d_deg[d]));
-  return 1.0 / (cosine * cosine);
+  return 1.0 / cos(hetab_radians(theta_d_deg[d]));
 }
 
 hetab_status hetab_rgl_lobe_from_data(hetab_context *ctx, const hetab_rgl_source *source,

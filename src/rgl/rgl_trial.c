@@ -40,18 +40,18 @@ static double incidence(const hetab_rgl_trial *t, size_t k, uint64_t *state) {
   return last * ((double)(k - 1) + hetab_random_unit(state)) / intervals;
 }
 
-/* Direction j of an incidence; its weight by both densities (the balance heuristic). */
+/* Direction j of an incidence; its weight by both densities (the balance heuristic). Evenly over
+ * the hemisphere rather than by the cosine: errors of f cos at the horizon are not small there. */
 static double draw(const hetab_rgl *sampler, const float wi[3], size_t j, uint64_t *state,
                    float wo[3]) {
   float u[2] = {(float)hetab_random_unit(state), (float)hetab_random_unit(state)};
   if (j % 2)
     hetab_rgl_sample(sampler, wi, u, wo);
   else
-    set_direction(asin(sqrt((double)u[0])), 2.0 * M_PI * (double)u[1], wo);
+    set_direction(acos((double)u[0]), 2.0 * M_PI * (double)u[1], wo);
   if (!(wo[2] > 1e-4f))
     return 0.0;
-  double cosine = (double)wo[2];
-  return cosine / (0.5 * (double)hetab_rgl_pdf(sampler, wi, wo) + 0.5 * cosine / M_PI);
+  return (double)wo[2] / (0.5 * (double)hetab_rgl_pdf(sampler, wi, wo) + 0.25 / M_PI);
 }
 
 static hetab_rgl_pair pair_of(const float wi[3], const float wo[3]) {
@@ -80,7 +80,8 @@ hetab_status hetab_rgl_trial_create(hetab_context *ctx, const hetab_rgl_source *
         pairs[i] = pair_of(trial->wi[k], trial->wo[i]);
     }
   }
-  HETAB_GOTO(source->values(ctx, source->user, pairs, count, trial->values));
+  hetab_rgl_values_fn reference = source->reference ? source->reference : source->values;
+  HETAB_GOTO(reference(ctx, source->user, pairs, count, trial->values));
 done:
   free(pairs);
   if (status != HETAB_OK)

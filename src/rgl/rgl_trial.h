@@ -13,7 +13,7 @@ typedef struct hetab_rgl_trial {
 } hetab_rgl_trial;
 
 /* Incidences from 0 to 80 degrees, both included, the others at random, one in each of equal
- * intervals; directions half by `sampler` and half by the cosine. */
+ * intervals; directions half by `sampler` and half evenly over the hemisphere. */
 hetab_status hetab_rgl_trial_create(hetab_context *ctx, const hetab_rgl_source *source,
                                     const hetab_rgl *sampler, size_t incidences, size_t directions,
                                     unsigned seed, hetab_rgl_trial *trial);
