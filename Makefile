@@ -155,16 +155,16 @@ $(BUILD)/hetab.1: $(BUILD)/hetab src/cli/hetab.1.in scripts/make_man
 $(BUILD)/tests/%: $(BUILD)/tests/%.o $(TEST_COMMON_OBJECTS) $(BUILD)/libhetab.a
 	$(CC) $(CFLAGS_ALL) $(LDFLAGS) -o $@ $^ -lcmocka $(LIBS)
 
-$(BUILD)/tests/exr_readback: tests/exr_readback.cc
-	@mkdir -p $(@D)
-	$(CXX) -std=c++17 -O2 -Wall -Wextra -o $@ $< -ltinyexr
-
 $(BUILD)/path_tracer: tests/gallery/path_tracer.c $(BUILD)/libhetab.a
 	$(CC) $(CPPFLAGS_ALL) $(CFLAGS_ALL) -fopenmp $(LDFLAGS) -o $@ $^ $(LIBS)
 
 $(BUILD)/tests/bench/%: $(BUILD)/tests/bench/%.o $(BUILD)/libhetab.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS_ALL) $(LDFLAGS) -o $@ $^ $(LIBS)
+
+$(BUILD)/tests/exr_readback: tests/exr_readback.cc
+	@mkdir -p $(@D)
+	$(CXX) -std=c++17 -O2 -Wall -Wextra -o $@ $< -ltinyexr
 
 .SECONDARY: $(TEST_OBJECTS)
 

@@ -112,9 +112,10 @@ typedef struct hetab_scan_statistics {
   double misfit_gaussian, misfit_exponential;
 } hetab_scan_statistics;
 
-/* Over scans. error: the larger of what the scatter of the scans and what their own errors say;
- * low, high: 95 % interval of the mean, from the larger likewise (Student's t for the scatter).
- * Neighbouring rows of a map are no independent scans: they count as map width / (1.25 tau). */
+/* Over scans. deviation: divisor n - 1, NaN of one scan. error: the larger of what the scatter of
+ * the scans and what their own errors say; low, high: 95 % interval of the mean, from the larger
+ * likewise (Student's t for the scatter). Neighbouring rows of a map are no independent scans: they
+ * count as map width / (1.25 tau). */
 typedef struct hetab_average {
   size_t count; /* of scans with a finite value */
   double mean, deviation, error, low, high;
@@ -126,7 +127,7 @@ typedef struct hetab_component {
   hetab_scan_statistics *scans; /* [count] those with enough points left */
   size_t count;
   hetab_average sigma_um, tau_um, slope, rms_slope, skewness, kurtosis;
-  double non_uniformity; /* deviation of sigma over its mean */
+  double non_uniformity; /* deviation of sigma over its mean; NaN of one scan */
   double normal_distance, misfit_gaussian, misfit_exponential; /* means */
   /* Density of z / sigma from -5 to 5, and the mean autocorrelation at lag_um[i] = i lag_step_um */
   double histogram[HETAB_HISTOGRAM_BINS];

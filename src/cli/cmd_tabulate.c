@@ -108,10 +108,6 @@ static int has_format(const tabulate_job *job, output_format format) {
   return 0;
 }
 
-static int has_dense(const tabulate_job *job) {
-  return has_format(job, OUTPUT_H5) || has_format(job, OUTPUT_EXR);
-}
-
 /* --bands takes words for OpenEXR and RGL tables, and wavelengths for MERL tables. */
 static int is_channels(const char *bands) {
   return bands && (strcmp(bands, "rgb") == 0 || strcmp(bands, "spectral") == 0);
@@ -283,28 +279,30 @@ static void choose_exr(tabulate_job *job) {
   o->overwrite = r->force;
 }
 
-static void choose_h5(tabulate_job *job) {
+static int create_writers(tabulate_job *job) {
   const tabulate_request *r = job->request;
   hetab_precision precision = choose_precision(r);
+  if (has_format(job, OUTPUT_EXR))
+    choose_exr(job);
   job->h5_options =
       (hetab_h5_options){.element = r->element < 0 ? precision : (hetab_precision)r->element,
                          .slabs = precision,
                          .compression = (int)r->compression,
                          .overwrite = r->force};
-}
-
-static int create_writers(tabulate_job *job, output_format format) {
   double *rho = specular_table(job, hetab_grid_deg(job->grid, HETAB_THETA_I),
-                               hetab_grid_count(job->grid, HETAB_THETA_I), format);
+                               hetab_grid_count(job->grid, HETAB_THETA_I), OUTPUT_H5);
   if (!rho)
     return CLI_FAILURE;
   hetab_status status = HETAB_OK;
   for (size_t i = 0; i < job->output_count && status == HETAB_OK; i++) {
     table_output *o = &job->outputs[i];
-    if (o->format == format)
-      status = format == OUTPUT_H5 ? create_h5(job, o, rho) : create_exr(job, o, rho);
+    if (o->format == OUTPUT_H5)
+      status = create_h5(job, o, rho);
+    else if (o->format == OUTPUT_EXR)
+      status = create_exr(job, o, rho);
   }
   free(rho);
+  job->specular_max[OUTPUT_EXR] = job->specular_max[OUTPUT_H5];
   return status == HETAB_OK ? -1 : cli_fail_context(job->ctx);
 }
 
@@ -466,22 +464,19 @@ static int publish(tabulate_job *job) {
 /* ---- the command --------------------------------------------------------------------------- */
 
 /* Inputs, the files' layout and the engine, if one is needed; the OpenCL runtime loads meanwhile.
- * OpenEXR files say in their header what the engine is. */
+ * OpenEXR headers name the device, and come after it. */
 static int prepare(tabulate_job *job) {
-  int device = has_dense(job) || has_format(job, OUTPUT_MERL);
+  int has_h5 = has_format(job, OUTPUT_H5), has_exr = has_format(job, OUTPUT_EXR), status = -1;
+  int device = has_h5 || has_exr || has_format(job, OUTPUT_MERL);
   if (device && job->request->method != HETAB_METHOD_LITERAL)
     job->preload = hetab_preload_start();
   if (open_inputs(job) != HETAB_OK)
     return cli_fail_context(job->ctx);
-  choose_h5(job);
-  int status = has_format(job, OUTPUT_H5) ? create_writers(job, OUTPUT_H5) : -1;
+  if (has_h5 && !has_exr)
+    status = create_writers(job);
   if (status < 0 && device && open_engine(job) != HETAB_OK)
     status = cli_fail_context(job->ctx);
-  if (status < 0 && has_format(job, OUTPUT_EXR)) {
-    choose_exr(job);
-    status = create_writers(job, OUTPUT_EXR);
-  }
-  return status;
+  return status < 0 && has_exr ? create_writers(job) : status;
 }
 
 static int evaluate(tabulate_job *job) {
@@ -490,7 +485,7 @@ static int evaluate(tabulate_job *job) {
     status = fill_rgl(job);
   if (status < 0 && has_format(job, OUTPUT_MERL)) /* first: it can refuse, and is the shorter job */
     status = fill_merl(job);
-  if (status < 0 && has_dense(job))
+  if (status < 0 && (has_format(job, OUTPUT_H5) || has_format(job, OUTPUT_EXR)))
     status = fill_dense(job);
   return status < 0 ? publish(job) : status;
 }
