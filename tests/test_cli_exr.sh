@@ -17,6 +17,8 @@ YAML
 
 works "one run, two tables" tabulate BBQAL2 $grid -o a.h5 -o rgb.exr
 check "summary names the part" has 'rgb.exr: specular reflectance.*part specular_reflectance'
+works "the same again" tabulate BBQAL2 $grid -o again.exr -o again.h5
+check "the same bytes" sh -c 'cmp rgb.exr again.exr && cmp a.h5 again.h5'
 works "spectral" tabulate BBQAL2 $grid -o spectral.exr --bands spectral --quiet
 check "quiet" test ! -s out
 works "double arithmetic" tabulate BBQAL2 $grid -o double.exr --bands spectral --precision double

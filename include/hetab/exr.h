@@ -57,7 +57,7 @@ typedef struct hetab_exr_writer hetab_exr_writer;
 /* Nothing appears under path before hetab_exr_commit. HETAB_ERR_RANGE where colour is asked of too
  * few wavelengths, for more than 4096 parts, and for tables that would have to be held in more than
  * 4 GiB of memory. What is held: parts by theta_i, those whose wavelengths have not all come (with
- * hetab_tabulate, 32 MiB or one theta_i row of each wavelength; RGB takes 24 bytes a pixel); parts
+ * hetab_tabulate, 32 MiB or one theta_i row of each wavelength; RGB takes 48 bytes a pixel); parts
  * by wavelength, the whole table as float. */
 hetab_status hetab_exr_create(hetab_context *ctx, const char *path, const hetab_surface *surface,
                               const hetab_grid *grid, const hetab_exr_options *options,

@@ -18,9 +18,15 @@ static const double most_half = 65504;
 
 typedef char name[NAME];
 
-/* One part's pixels while they come in: doubles of R, G, B to be summed up, or floats. */
+/* A sum that does not depend, once rounded to a float, on the order of what is added: slabs come in
+ * any, and the same table has to give the same file. */
+typedef struct exact_sum {
+  double high, low;
+} exact_sum;
+
+/* One part's pixels while they come in: R, G, B being summed up, or floats. */
 typedef struct held {
-  double *sums;
+  exact_sum *sums;
   float *values;
   size_t rows_left; /* of theta_i and wavelength that go into it */
 } held;
@@ -56,7 +62,7 @@ static size_t part_numbers(const hetab_exr_writer *w) {
 }
 
 static double part_bytes(const hetab_exr_writer *w) {
-  size_t size = w->options.bands == HETAB_EXR_RGB ? sizeof(double) : sizeof(float);
+  size_t size = w->options.bands == HETAB_EXR_RGB ? sizeof(exact_sum) : sizeof(float);
   return (double)part_numbers(w) * (double)size;
 }
 
@@ -394,6 +400,13 @@ static double entry(const hetab_exr_writer *w, const void *values, size_t i) {
                                           : (double)((const float *)values)[i];
 }
 
+/* Knuth's: what the addition rounds off is found exactly. */
+static void add(exact_sum *sum, double value) {
+  double high = sum->high + value, part = high - sum->high;
+  sum->low += (sum->high - (high - part)) + (value - part);
+  sum->high = high;
+}
+
 /* One theta_i row of a slab, whose entries begin at `from`; 0 if one of them is no float. */
 static int add_row(hetab_exr_writer *w, held *part, const hetab_slab *slab, size_t theta_i,
                    size_t from) {
@@ -406,7 +419,7 @@ static int add_row(hetab_exr_writer *w, held *part, const hetab_slab *slab, size
       part->values[at + p] = bad ? 0.0f : (float)value;
     else
       for (size_t c = 0; c < RGB; c++)
-        part->sums[c * block + p] += w->weights[slab->wavelength][c] * value;
+        add(&part->sums[c * block + p], w->weights[slab->wavelength][c] * value);
   }
   return !bad;
 }
@@ -448,8 +461,10 @@ static hetab_status write_planes(hetab_context *ctx, hetab_exr_writer *w, size_t
 static hetab_status write_part(hetab_context *ctx, hetab_exr_writer *w, size_t number) {
   held *held = &w->parts[number];
   hetab_exr_part part = table_part(w, number, "");
-  if (held->sums && !(held->values = to_floats(ctx, held->sums, part_numbers(w))))
+  if (held->sums && !(held->values = hetab_alloc(ctx, part_numbers(w), sizeof *held->values)))
     return HETAB_ERR_MEMORY;
+  for (size_t i = 0; held->sums && i < part_numbers(w); i++)
+    held->values[i] = (float)(held->sums[i].high + held->sums[i].low);
   hetab_status status = write_planes(ctx, w, number, &part, held->values);
   close_part(w, held);
   return status;
