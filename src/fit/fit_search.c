@@ -263,6 +263,26 @@ static hetab_status run_probes(search *s, const lattice *l, hetab_fit *fit, heta
   return HETAB_OK;
 }
 
+/* From the lattice's lowest dips, as many as there are unknowns: valleys hide between its points.
+ */
+static hetab_status run_start(search *s, const lattice *l, hetab_fit_start *start,
+                              hetab_fit_state *end) {
+  size_t n = s->problem->free_count, dip = next_dip(l, n, -HUGE_VAL);
+  hetab_fit_state found;
+  hetab_status status = hetab_fit_state_create(s->problem, &found);
+  for (size_t k = 0; k < n && dip < l->count && status == HETAB_OK; k++) {
+    double x[HETAB_FIT_MOST_FREE];
+    lattice_point(l, dip, n, x);
+    status = run_one(s, x, start, &found);
+    if (k == 0 || is_better(&found, end))
+      hetab_fit_state_copy(s->problem, &found, end);
+    dip = next_dip(l, n, l->values[dip]);
+  }
+  start->feasible = hetab_fit_feasible(end);
+  hetab_fit_state_clear(&found);
+  return status;
+}
+
 /* ends[start_count]: the best feasible state of each run. */
 static hetab_status run_starts(search *s, hetab_fit *fit, hetab_fit_state *ends) {
   hetab_fit_problem *p = s->problem;
@@ -277,10 +297,7 @@ static hetab_status run_starts(search *s, hetab_fit *fit, hetab_fit_state *ends)
     record(p, x, fit->starts[i].start);
     lattice l = lattice_through(p, x);
     HETAB_TRY(scan(s, &l));
-    size_t dip = next_dip(&l, p->free_count, -HUGE_VAL);
-    if (dip < l.count) /* none: the evaluations are used up */
-      lattice_point(&l, dip, p->free_count, x);
-    HETAB_TRY(run_one(s, x, &fit->starts[i], &ends[i]));
+    HETAB_TRY(run_start(s, &l, &fit->starts[i], &ends[i]));
     fit->start_count++;
     if (i == 0)
       first = l;
