@@ -20,7 +20,7 @@ typedef struct x3p_parser {
   int depth;
   char text[MAX_TEXT]; /* of the innermost */
   size_t text_length;
-  size_t datum_capacity;
+  size_t datum_capacity, datum_width; /* absolute axes when the first Datum was read */
 } x3p_parser;
 
 static void stop(x3p_parser *p, hetab_status status) {
@@ -101,11 +101,22 @@ static bool grow_datum(x3p_parser *p, size_t needed) {
   return true;
 }
 
+/* A Datum has a number for each absolute axis: what these are has to come before, and to stay. */
+static hetab_status misplaced(x3p_parser *p) {
+  return malformed(p, "axes after the DataList: Record1 has to come before Record3");
+}
+
 /* "x;y;z" of the absolute axes; an empty one is a missing point. */
 static void read_datum(x3p_parser *p) {
   x3p_description *d = p->out;
   size_t width = absolute_axes(d), count = 0;
   char *text = p->text;
+  if (d->datum_count == 0)
+    p->datum_width = width;
+  if (width == 0 || width != p->datum_width) {
+    stop(p, misplaced(p));
+    return;
+  }
   if (!grow_datum(p, (d->datum_count + 1) * width))
     return;
   double *values = d->datum + d->datum_count++ * width;
@@ -205,6 +216,9 @@ hetab_status hetab_x3p_parse(hetab_context *ctx, const char *path, const char *x
   XML_SetStartDoctypeDeclHandler(p.xml, on_doctype);
   if (XML_Parse(p.xml, xml, (int)length, 1) != XML_STATUS_OK && p.status == HETAB_OK)
     p.status = malformed(&p, XML_ErrorString(XML_GetErrorCode(p.xml)));
+  if (p.status == HETAB_OK && description->datum_count &&
+      absolute_axes(description) != p.datum_width)
+    p.status = misplaced(&p);
   XML_ParserFree(p.xml);
   return p.status;
 }
