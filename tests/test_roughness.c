@@ -5,6 +5,7 @@
 #include "text_fixture.h"
 
 #include <hetab/roughness.h>
+#include "core/student.h"
 
 static const profile_scale report_surfaces[5] = {
     {0.72, 5.6}, {0.54, 6.5}, {0.86, 5.6}, {0.61, 4.7}, {0.13, 5.4}};
@@ -689,8 +690,19 @@ static void test_published(void **state) {
 #define WITH_FILES(test)                                                                           \
   cmocka_unit_test_setup_teardown(test, text_fixture_setup, text_fixture_teardown)
 
+/* scipy.stats.t.ppf(0.975, freedom), 1.15. */
+static void test_student(void **state) {
+  static const double known[][2] = {{1, 12.7062047}, {2, 4.3026527},  {3, 3.1824463},
+                                    {7, 2.3646243},  {15, 2.1314495}, {16, 2.1199053},
+                                    {30, 2.0422725}, {300, 1.9679030}};
+  for (size_t i = 0; i < sizeof known / sizeof *known; i++)
+    assert_true(fabs(hetab_student_95(known[i][0]) / known[i][1] - 1) < 1e-3);
+  assert_true(hetab_student_95(1.5) < 12.7 && hetab_student_95(1.5) > 4.4);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(test_student),
       WITH_CONTEXT(test_transmission),
       WITH_CONTEXT(test_end_zones),
       WITH_CONTEXT(test_convolution),

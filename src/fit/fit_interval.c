@@ -1,5 +1,6 @@
 /* How well the measurements determine the answer: curvature, correlation, bootstrap. Roughness and
  * index are unknowns by their logarithms, diffuse parts as they are. */
+#include "core/student.h"
 #include "fit/fit_curvature.h"
 #include "fit/fit_matrix.h"
 

@@ -80,11 +80,3 @@ void hetab_matrix_project(size_t n, double *m, const double *g, double *scratch)
     for (size_t j = 0; j < n; j++)
       m[i * n + j] -= scratch[i] * scratch[j] / along;
 }
-
-/* Expansion about the normal's; exact enough (2 %) from 3 degrees of freedom on. */
-double hetab_student_95(double freedom) {
-  const double z = 1.959963984540054;
-  double v = fmax(freedom, 1);
-  return z + (z * z * z + z) / (4 * v) + (5 * pow(z, 5) + 16 * pow(z, 3) + 3 * z) / (96 * v * v) +
-         (3 * pow(z, 7) + 19 * pow(z, 5) + 17 * pow(z, 3) - 15 * z) / (384 * v * v * v);
-}

@@ -14,7 +14,4 @@ void hetab_matrix_sandwich(size_t n, const double *a, const double *b, double *s
 /* Takes the direction g out of an inverse: m - m g (m g)' / (g' m g). scratch[n]. */
 void hetab_matrix_project(size_t n, double *m, const double *g, double *scratch);
 
-/* The two-sided 95 % point of Student's t. */
-double hetab_student_95(double freedom);
-
 #endif

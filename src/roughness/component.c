@@ -3,20 +3,10 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include "core/student.h"
 #include "roughness/scan_worker.h"
 
 /* ---- averages ------------------------------------------------------------------------------ */
-
-double hetab_student_quantile(double freedom) {
-  static const double table[] = {12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306,
-                                 2.262,  2.228, 2.201, 2.179, 2.160, 2.145, 2.131};
-  enum { LAST = sizeof table / sizeof *table };
-  if (freedom >= LAST)
-    return 1.95996 + 2.3723 / freedom + 2.82 / (freedom * freedom);
-  int below = (int)fmax(freedom, 1);
-  double above = below == LAST ? 2.131 : table[below];
-  return table[below - 1] + (fmax(freedom, 1) - below) * (above - table[below - 1]);
-}
 
 /* Element i of values that lie `bytes` apart. */
 static hetab_estimate element(const hetab_estimate *first, size_t i, size_t bytes) {
@@ -46,7 +36,7 @@ hetab_average hetab_average_of(const hetab_estimate *first, size_t count, size_t
   a.deviation = a.count > 1 ? sqrt(squares / (n - 1)) : (double)NAN;
   double within = sqrt(errors / n / worth), between = a.deviation / sqrt(worth);
   bool scatter = worth > 1.5; /* of independent scans, to speak of */
-  double reach = scatter ? hetab_student_quantile(worth - 1) * between : 0;
+  double reach = scatter ? hetab_student_95(worth - 1) * between : 0;
   a.error = scatter ? fmax(within, between) : within;
   reach = fmax(1.96 * within, reach);
   a.low = a.mean - reach;
