@@ -55,6 +55,8 @@ works "fit with the constraint" $fit --ask-a 0.05 --json
 check "ends on the constraint" json "d['fits'][0]['on_constraint'] and -1e-5 <= d['fits'][0]['margin'] < 1e-5"
 check "says what a needs" json "any('a = 0.05 (reflectance) would need' in n for n in d['fits'][0]['notes'])"
 check "excess" json "d['fits'][0]['incidences'][0]['excess'] > 0.04"
+works "measurements from a pipe" fit <(cat plane.csv) --index Al --tau 5.6 --constraint none --json
+check "nothing of a pipe is lost" eval "$slope"
 works "float" $fit --constraint none --precision float --json
 check "slope in float" eval "$slope"
 works "one wavelength" $fit --constraint none --wavelengths 550 --theta-i 30,65 --plane --json

@@ -20,7 +20,7 @@ def axis(name, kind, data="D", increment=None, offset=None):
     return text + f"</C{name}>"
 
 def write(path, axes, sizes, data=None, valid=None, datum=None, feature="SUR", md5=None, doctype="",
-          level=6, checksum=True):
+          level=6, checksum=True, after=""):
     files = {}
     record = "<MatrixDimension>" + "".join(f"<Size{a}>{n}</Size{a}>" for a, n in zip("XYZ", sizes))
     record += "</MatrixDimension>"
@@ -38,7 +38,7 @@ def write(path, axes, sizes, data=None, valid=None, datum=None, feature="SUR", m
     xml = f"""<?xml version="1.0" encoding="UTF-8"?>{doctype}
 <p:ISO5436_2 {NS}><Record1><Revision>ISO5436 - 2000</Revision><FeatureType>{feature}</FeatureType>
 <Axes>{axes}</Axes></Record1><Record2><Comment>{"long " * 500}</Comment></Record2>
-<Record3>{record}</Record3><Record4><ChecksumFile>md5checksum.hex</ChecksumFile></Record4>
+<Record3>{record}</Record3>{after}<Record4><ChecksumFile>md5checksum.hex</ChecksumFile></Record4>
 </p:ISO5436_2>""".encode()
     files["main.xml"] = xml
     if checksum:
@@ -115,6 +115,9 @@ write("metres.x3p", axis("X", "I", increment=5e3) + axis("Y", "I", increment=5e3
       axis("Z", "A", "D"), (80, 60, 1), data)
 write("few.x3p", profile + axis("Z", "A", "D"), (9, 1, 1), feature="PRF", datum=["1e-7"] * 8)
 write("word.x3p", profile + axis("Z", "A", "D"), (2, 1, 1), feature="PRF", datum=["1e-7", "one"])
+write("late.x3p", "", (9, 1, 1), feature="PRF", datum=[""] * 9, after=profile + axis("Z", "A", "D"))
+write("wider.x3p", profile + axis("Z", "A", "D"), (3000, 1, 1), feature="PRF",
+      datum=["1e-7"] * 3000, after=axis("X", "A", "D"))
 write("doctype.x3p", full, (80, 60, 1), data,
       doctype='<!DOCTYPE a [<!ENTITY b "bbbb"><!ENTITY c "&b;&b;&b;">]>')
 write("bomb.x3p", full, (4096, 4096, 1), bytes(8 * 4096 * 4096), level=9)
@@ -200,6 +203,22 @@ check "the filter against numpy" /usr/bin/python3 -c "$filtered"
 works "list.x3p, text" roughness list.x3p
 check "the missing point is counted" has '3000 heights, 0.25 um apart, 1 missing, 0 outliers'
 
+# ---- spellings of text, and pipes ---------------------------------------------------------------
+
+works "line.csv as it is" roughness line.csv --csv plain.csv
+sed 's/[^,]*/"&"/g' line.csv >quoted.csv
+sed '1s/.*/X [MM],Z [NM]/' line.csv >upper.csv
+for spelled in quoted.csv upper.csv; do
+  works "$spelled" roughness $spelled --force --csv spelled.csv
+  check "$spelled reads as line.csv" cmp <(sed "s/$spelled/line.csv/" spelled.csv) plain.csv
+done
+works "a pipe" roughness <(cat line.csv) --csv piped.csv
+check "nothing of a pipe is lost" cmp <(sed 's,/dev/fd/[0-9]*,line.csv,' piped.csv) plain.csv
+sed 's/\./,/g;s/,/;/' line.csv >comma.csv
+refuses "decimal commas" 1 'with a decimal point' roughness comma.csv
+head -c 300 /dev/zero >zeros.bin
+refuses "binary" 1 'neither X3P, nor SDF, nor text' roughness zeros.bin
+
 # ---- bad X3P ------------------------------------------------------------------------------------
 
 refuses "wrong md5" 1 'checksum of bindata/data.bin' roughness md5.x3p
@@ -214,6 +233,8 @@ refuses "no increment" 1 'Increment of CX' roughness step.x3p
 refuses "not in metres" 1 'are the units right' roughness metres.x3p
 refuses "list too short" 1 '8 points in its DataList' roughness few.x3p
 refuses "a word for a number" 1 'Datum is no number' roughness word.x3p
+refuses "a list before its axes" 1 'Record1 has to come before' roughness late.x3p
+refuses "axes that change behind their list" 1 'Record1 has to come before' roughness wider.x3p
 refuses "doctype" 1 'document type' roughness doctype.x3p
 refuses "zip bomb" 1 '200 times its size' roughness bomb.x3p
 refuses "no main.xml" 1 'no main.xml' roughness empty.x3p

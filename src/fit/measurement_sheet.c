@@ -12,6 +12,7 @@
 
 /* No gonioreflectometer measures outside: beyond lies a wavelength in the wrong unit. */
 static const double shortest_um = 0.01, longest_um = 100;
+static const size_t most_bytes = (size_t)1 << 31; /* of values */
 
 hetab_status hetab_sheet_fail(hetab_sheet *sheet, const char *format, ...) {
   char text[800];
@@ -91,6 +92,11 @@ static hetab_status grow(hetab_sheet *sheet) {
     return HETAB_OK;
   size_t capacity = 2 * sheet->capacity + 256;
   size_t row = sheet->wavelengths * sizeof *sheet->values;
+  if (capacity > most_bytes / row)
+    return hetab_sheet_fail(sheet,
+                            "more than %zu rows of %zu wavelengths: give fewer of either, or split "
+                            "the file",
+                            sheet->count, sheet->wavelengths);
   hetab_pair_of_directions *pairs = realloc(sheet->pairs, capacity * sizeof *pairs);
   if (pairs)
     sheet->pairs = pairs;

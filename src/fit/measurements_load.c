@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <sys/stat.h>
 
 #include "fit/measurement_sheet.h"
 #include "surface/text.h"
@@ -16,10 +17,12 @@ static const char *const brdf_extensions[] = {".brdf", NULL};
 static const char *const astm_extensions[] = {".astm", NULL};
 static const char *const csv_extensions[] = {".csv", NULL};
 
-/* The file's first bytes; zeros where it has fewer, or cannot be read: its reader says why. */
+/* The file's first bytes; zeros where it has fewer, or cannot be read: its reader says why. Of a
+ * pipe none, for its reader would miss them: it is text. */
 static void read_signature(const char *path, unsigned char signature[SIGNATURE]) {
+  struct stat about;
   memset(signature, 0, SIGNATURE);
-  FILE *file = fopen(path, "rbe");
+  FILE *file = stat(path, &about) == 0 && S_ISREG(about.st_mode) ? fopen(path, "rbe") : NULL;
   if (!file)
     return;
   (void)!fread(signature, 1, SIGNATURE, file);

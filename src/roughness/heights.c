@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <sys/stat.h>
 #include "surface/number.h"
 #include "surface/text.h"
 
@@ -127,7 +128,7 @@ double hetab_length_unit(const char *text) {
   } units[] = {{"pm", 1e-6},   {"A", 1e-4},   {"nm", 1e-3}, {"um", 1},   {"\u00b5m", 1},
                {"\u03bcm", 1}, {"micron", 1}, {"mm", 1e3},  {"cm", 1e4}, {"m", 1e6}};
   for (size_t i = 0; i < sizeof units / sizeof *units; i++)
-    if (strcmp(text, units[i].name) == 0)
+    if (strcasecmp(text, units[i].name) == 0)
       return units[i].um;
   return 0;
 }
@@ -144,32 +145,29 @@ bool hetab_height_parse(const char *text, double *value) {
 
 /* ---- files --------------------------------------------------------------------------------- */
 
-static hetab_status read_file(hetab_context *ctx, const char *path, FILE *file, char **text) {
-  size_t capacity = 0, used = 0;
-  char *bytes = NULL;
-  do {
-    capacity = capacity ? 2 * capacity : (size_t)1 << 20;
-    char *larger = realloc(bytes, capacity);
-    if (!larger) {
-      free(bytes);
-      return hetab_fail(ctx, HETAB_ERR_MEMORY, "%s: out of memory for %zu bytes", path, capacity);
-    }
-    bytes = larger;
-    used += fread(bytes + used, 1, capacity - used - 1, file);
-  } while (used == capacity - 1 && used < most_bytes);
-  if (ferror(file) || used >= most_bytes || memchr(bytes, 0, used)) {
-    int error = errno, failed = ferror(file);
-    free(bytes);
-    if (failed)
-      return hetab_fail(ctx, HETAB_ERR_IO, "%s: cannot read: %s: check the path", path,
-                        strerror(error));
-    return hetab_fail(ctx, HETAB_ERR_PARSE,
-                      "%s: neither X3P, nor SDF, nor text below 1 GiB: export the scan as one of "
-                      "them",
-                      path);
-  }
-  bytes[used] = '\0';
-  *text = bytes;
+static hetab_status read_text(hetab_context *ctx, const char *path, char **text) {
+  size_t length;
+  hetab_status status = hetab_text_read_up_to(ctx, path, most_bytes, text, &length);
+  if (status != HETAB_ERR_PARSE)
+    return status;
+  return hetab_fail(ctx, status,
+                    "%s: neither X3P, nor SDF, nor text below 1 GiB: export the scan as one of "
+                    "them",
+                    path);
+}
+
+/* The file's first bytes. Of a pipe none, for its reader would miss them: it is text. */
+static hetab_status read_signature(hetab_context *ctx, const char *path, char head[5]) {
+  struct stat about;
+  memset(head, 0, 5);
+  if (stat(path, &about) == 0 && !S_ISREG(about.st_mode))
+    return HETAB_OK;
+  FILE *file = fopen(path, "rbe");
+  if (!file)
+    return hetab_fail(ctx, HETAB_ERR_IO, "%s: cannot open: %s: check the path", path,
+                      strerror(errno));
+  (void)!fread(head, 1, 4, file);
+  fclose(file);
   return HETAB_OK;
 }
 
@@ -177,18 +175,16 @@ static bool starts(const char *text, const char *with) {
   return strncmp(text, with, strlen(with)) == 0;
 }
 
-static hetab_status read_by_content(hetab_context *ctx, const char *path, FILE *file,
+static hetab_status read_by_content(hetab_context *ctx, const char *path,
                                     const hetab_heights_options *options, hetab_heights **out) {
-  char head[5] = "", *text = NULL;
-  size_t got = fread(head, 1, 4, file);
+  char head[5], *text = NULL;
+  HETAB_TRY(read_signature(ctx, path, head));
   if (starts(head, "PK\3\4"))
     return hetab_scan_x3p(ctx, path, options, out);
   if (starts(head, "bISO") || starts(head, "bBCR"))
     return hetab_fail(ctx, HETAB_ERR_UNSUPPORTED, "%s: binary SDF: export the scan as ASCII SDF",
                       path);
-  if (got)
-    rewind(file);
-  HETAB_TRY(read_file(ctx, path, file, &text));
+  HETAB_TRY(read_text(ctx, path, &text));
   hetab_status status = starts(text, "aISO") || starts(text, "aBCR")
                             ? hetab_scan_sdf(ctx, path, text, out)
                             : hetab_scan_text(ctx, path, text, options, out);
@@ -200,11 +196,5 @@ hetab_status hetab_heights_load(hetab_context *ctx, const char *path,
                                 const hetab_heights_options *options, hetab_heights **out) {
   *out = NULL;
   static const hetab_heights_options none;
-  FILE *file = fopen(path, "rbe");
-  if (!file)
-    return hetab_fail(ctx, HETAB_ERR_IO, "%s: cannot open: %s: check the path", path,
-                      strerror(errno));
-  hetab_status status = read_by_content(ctx, path, file, options ? options : &none, out);
-  fclose(file);
-  return keep_checked(ctx, status, out);
+  return keep_checked(ctx, read_by_content(ctx, path, options ? options : &none, out), out);
 }

@@ -39,6 +39,14 @@ static char *next_line(char **text) {
   return line;
 }
 
+/* The field without the quotation marks about it. */
+static char *unquoted(char *field, char *end) {
+  if (end - field < 2 || *field != '"' || end[-1] != '"')
+    return field;
+  end[-1] = '\0';
+  return field + 1;
+}
+
 /* Cuts the next field off *cursor; NULL at the end. Blanks separate where no other mark does. */
 static char *next_field(char **cursor, char separator) {
   char *field = *cursor;
@@ -55,7 +63,7 @@ static char *next_field(char **cursor, char separator) {
   while (end > field && strchr(" \t", end[-1]))
     end--;
   *end = '\0';
-  return field;
+  return unquoted(field, end);
 }
 
 static char separator_of(const char *line) {
@@ -156,8 +164,9 @@ static hetab_status read_row(text_scan *t, char *line, char separator) {
     if (count == t->columns)
       return fail_at(t, "is a field more than the lines before have", field);
     if (!hetab_height_parse(field, &row[count++]))
-      return fail_at(t, "is not a number: give decimal numbers, or nan for a missing height",
-                     field);
+      return fail_at(
+          t, "is not a number: give numbers with a decimal point, or nan for a missing height",
+          field);
   }
   if (count != t->columns)
     return hetab_fail(t->ctx, HETAB_ERR_PARSE,
@@ -244,11 +253,8 @@ static hetab_status add_column(const text_scan *t, text_columns *c, size_t index
 
 static hetab_status read_header(const text_scan *t, text_columns *c) {
   char separator = separator_of(t->header), *cursor = t->header, *field;
-  for (size_t i = 0; i < t->columns && (field = next_field(&cursor, separator)); i++) {
-    if (*field == '"')
-      field++;
+  for (size_t i = 0; i < t->columns && (field = next_field(&cursor, separator)); i++)
     HETAB_TRY(add_column(t, c, i, field));
-  }
   if (!c->count)
     return hetab_fail(t->ctx, HETAB_ERR_PARSE,
                       "%s:%zu: no column of heights: the header has to name one, such as z_um",
@@ -346,8 +352,6 @@ static hetab_status from_map(const text_scan *t, hetab_heights **out) {
 hetab_status hetab_scan_text(hetab_context *ctx, const char *path, char *text,
                              const hetab_heights_options *options, hetab_heights **out) {
   text_scan t = {.ctx = ctx, .path = path, .options = options};
-  if (strncmp(text, "\xEF\xBB\xBF", 3) == 0)
-    text += 3;
   if (options->unit && !(hetab_length_unit(options->unit) > 0))
     return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "'%.20s' is no unit of length: give nm, um, mm or m",
                       options->unit);
