@@ -403,7 +403,7 @@ static void check_surface(hetab_context *ctx, const char *name) {
   hetab_surface_free(surface);
 }
 
-/* What the issue of tables for renderers asks for: 1 %, bias 0.3 %, 4 MB. */
+/* At the default setting: 1 % at every incidence, bias 0.3 %, 4 MB. */
 static void test_presets(void **state) {
   for (size_t i = 0; i < hetab_preset_count(); i++)
     check_surface(*state, hetab_preset_name(i));

@@ -250,6 +250,36 @@ static void test_comma_locale(void **state) {
   hetab_surface_free(surface);
 }
 
+/* ---- bounds ---- */
+
+static void assert_bounds(const hetab_surface *surface, double low, double high, double tau_low,
+                          double tau_high) {
+  double sigma0_um[2], tau_um[2];
+  hetab_surface_bounds(surface, sigma0_um, tau_um);
+  assert_true(sigma0_um[0] == low && sigma0_um[1] == high);
+  assert_true(tau_um[0] == tau_low && tau_um[1] == tau_high);
+}
+
+static void test_bounds(void **state) {
+  text_fixture *fixture = *state;
+  hetab_surface *surface = load(fixture, "slope: 0.1\ntau_um: 5\nindex: Al\n"
+                                         "sigma0_bounds_um: [0.45, 0.52]\n");
+  assert_bounds(surface, 0.45, 0.52, 0, 0);
+  assert_int_equal(
+      hetab_surface_set_bounds(fixture->ctx, surface, (double[]){0.4, 0.6}, (double[]){4.5, 5}),
+      HETAB_OK);
+  char *text = assert_round_trip(fixture, surface);
+  hetab_surface *again = load(fixture, text);
+  assert_bounds(again, 0.4, 0.6, 4.5, 5);
+  assert_int_equal(
+      hetab_surface_set_bounds(fixture->ctx, again, (double[]){0.55, 0.6}, (double[]){0, 0}),
+      HETAB_ERR_ARGUMENT);
+  assert_bounds(again, 0.4, 0.6, 4.5, 5);
+  free(text);
+  hetab_surface_free(again);
+  hetab_surface_free(surface);
+}
+
 /* ---- from parameters ---- */
 
 static void test_create_refused(void **state) {
@@ -369,6 +399,10 @@ static void test_bad_files(void **state) {
       {"tau_um: 1\nindex: Al\n", {"s.yml:1", "key sigma0_um", "missing", "slope"}},
       {"sigma0_um: 1\nindex: Al\n", {"s.yml:1", "key tau_um", "missing"}},
       {ROUGH, {"s.yml:1", "key index", "missing", "{file: PATH}"}},
+      {METAL "sigma0_bounds_um: 1\n", {"s.yml:4", "key sigma0_bounds_um", "[LOW, HIGH]"}},
+      {METAL "sigma0_bounds_um: [0.9]\n", {"s.yml:4", "the value, 1, between"}},
+      {METAL "sigma0_bounds_um: [-1, 2]\n", {"s.yml:4", "key sigma0_bounds_um", "length"}},
+      {METAL "tau_bounds_um: [3, 1]\n", {"s.yml:4", "the value, 2, between"}},
       {METAL "sigma_um: 1\n", {"s.yml:4", "key sigma_um", "did you mean sigma0_um?"}},
       {"sigma: 1\n", {"s.yml:1", "key sigma", "did you mean sigma0_um?"}},
       {METAL "wavelength_nm: 1\n", {"s.yml:4", "did you mean wavelengths_nm?"}},
@@ -488,6 +522,7 @@ int main(void) {
       TEST(test_names_round_trip),
       TEST(test_diffuse_list_round_trip),
       TEST(test_comma_locale),
+      TEST(test_bounds),
       TEST(test_create_refused),
       TEST(test_set_wavelengths_refused),
       TEST(test_parse_wavelengths),

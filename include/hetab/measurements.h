@@ -16,10 +16,26 @@ typedef struct hetab_pair_of_directions {
 
 typedef struct hetab_measurements hetab_measurements;
 
-/* By content and name: Cornell gonioreflectometer text (.brdf), ASTM E1392 style (.astm), CSV with
- * the columns wavelength_nm (or lambda_um), theta_i_deg, theta_r_deg, phi_deg, f; MERL (.binary:
- * three channels at the given wavelengths, 0.61, 0.55, 0.46 um unless set); HDF5 of ours.
- * Failures name file and line. */
+/* By extension, else by content:
+ *   .brdf    Cornell gonioreflectometer text: '#' comments, how many wavelengths, the wavelengths
+ *            in nm, then rows theta_i phi_i theta_s phi_s (radians) and a BRDF per wavelength
+ *   .astm    ASTM E1392 style: header lines of which VARS names the columns (theta_i, phi_i,
+ *            theta_s, phi_s in radians; values by wavelength, "550nm" or "0.55um") and NUM_POINTS
+ *            counts the rows; comma-separated rows
+ *   .csv     a value a row: columns wavelength_nm (or lambda_nm, wavelength_um, lambda_um),
+ *            theta_i_deg, theta_r_deg (or theta_s_deg), phi_deg (or phi_i_deg and phi_r_deg), f (or
+ *            brdf, or total as `hetab eval` writes it), angles also as _rad; others are passed over
+ *   .binary  MERL: theta_i 0:80:10, theta_r 0:85:2.5, phi 0:180:15 degrees, linear between the
+ *            cells' centres (3579 pairs); three channels taken for 0.61, 0.55, 0.46 um
+ *   .h5      ours: at most 10 x 28 x 13 nodes evenly out of the table's theta_i, theta_r, phi, ends
+ *            included; the specular delta is not in them
+ * Both azimuths as in the file, their difference 180 degrees in the mirror direction; a negative
+ * polar angle is the other side of the normal. Wavelengths are sorted. "nan", "inf" and an empty
+ * field are missing values. Text files up to 256 MiB, tables up to 1 GiB per wavelength. Name: the
+ * file's, without folder and extension.
+ * HETAB_ERR_PARSE or HETAB_ERR_IO, with file, line and remedy: malformed, truncated, without a
+ * usable value, or in a wrong unit (wavelengths outside 0.01 to 100 um; radians beyond pi; degrees
+ * none of which exceeds 2 pi). */
 hetab_status hetab_measurements_load(hetab_context *ctx, const char *path,
                                      hetab_measurements **out);
 /* From memory: values[count][wavelengths], 1/sr; NaN marks a value that is missing. */

@@ -5,6 +5,8 @@
  *   name: BBQAL2
  *   sigma0_um: 0.54              # rms height, > 0; or slope: sigma0 / tau, with tau_um
  *   tau_um: 6.5                  # correlation length, > 0
+ *   sigma0_bounds_um: [0.5, 0.58] # measured spread about the value, for `hetab predict`; optional
+ *   tau_bounds_um: [6.1, 6.9]     # likewise
  *   index: Al                    # built-in metal, or {file: Au.yml}, or {n: 0.958, k: 6.69}
  *   extrapolate_index: false     # true: allow wavelengths outside the index data
  *   diffuse_reflectance: 0.0     # pi * BRDF, or diffuse_brdf in 1/sr, never both:
@@ -54,6 +56,12 @@ hetab_status hetab_surface_at(hetab_context *ctx, const hetab_surface *surface, 
                               hetab_band *band);
 
 const char *hetab_surface_name(const hetab_surface *surface);
+/* The measured spread of the roughness, {low, high} about the surface's own value; {0, 0}: not
+ * known. Tables and reflectances are of the value; predictions are of the spread. */
+hetab_status hetab_surface_set_bounds(hetab_context *ctx, hetab_surface *surface,
+                                      const double sigma0_um[2], const double tau_um[2]);
+void hetab_surface_bounds(const hetab_surface *surface, double sigma0_um[2], double tau_um[2]);
+
 double hetab_surface_sigma0_um(const hetab_surface *surface);
 double hetab_surface_tau_um(const hetab_surface *surface);
 const hetab_index *hetab_surface_index(const hetab_surface *surface);

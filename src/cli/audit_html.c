@@ -6,17 +6,7 @@
 #include "audit_command.h"
 #include "svg.h"
 
-/* ---- colour scales and keys ----------------------------------------------------------------- */
-
-static void write_scale(FILE *out, const char *low, const char *high) {
-  fprintf(
-      out,
-      "<div class=\"scale\"><span>%s</span><svg viewBox=\"0 0 %d 1\" preserveAspectRatio=\"none\">",
-      low, SVG_LEVELS - 1);
-  for (int level = 1; level < SVG_LEVELS; level++)
-    fprintf(out, "<path class=\"m%d\" d=\"M%d 0h1v1h-1z\"/>", level, level - 1);
-  fprintf(out, "</svg><span>%s</span></div>", high);
-}
+/* ---- channels ------------------------------------------------------------------------------ */
 
 static const char *const channel_names[] = {"red", "green", "blue"};
 
@@ -39,12 +29,6 @@ static const char *channel_name(const hetab_audit *a, size_t channel, char text[
   return text;
 }
 
-static void key_item(FILE *out, const char *stroke, const char *text) {
-  fprintf(out, "<span><i style=\"border-color:%s\"></i>", strchr(stroke, ':') + 1);
-  svg_text(out, text);
-  fputs("</span>", out);
-}
-
 /* ---- energy -------------------------------------------------------------------------------- */
 
 static double largest_energy(const hetab_audit *a) {
@@ -59,8 +43,8 @@ static void energy_key(FILE *out, const hetab_audit *a) {
   size_t step = a->channel_count > 5 ? (a->channel_count - 1) / 4 : 1;
   fputs("<div class=\"key\">", out);
   for (size_t c = 0; c < a->channel_count; c += step)
-    key_item(out, channel_colour(a, c, stroke), channel_name(a, c, name));
-  key_item(out, "stroke:var(--law)", "the law, 1");
+    svg_key(out, channel_colour(a, c, stroke), channel_name(a, c, name));
+  svg_key(out, "stroke:var(--law)", "the law, 1");
   if (isfinite(a->energy[0].fresnel))
     fputs("<span>dashed: the polished material</span>", out);
   if (isfinite(a->energy[0].model))
@@ -193,7 +177,7 @@ static void view_key(FILE *out, const hetab_audit *a) {
   fputs("<div class=\"key\">", out);
   for (int v = 0; v < HETAB_VIEWS; v++) {
     snprintf(text, sizeof text, "theta_i %g\u00b0", a->views[v].theta_i_deg);
-    key_item(out, view_strokes[v], text);
+    svg_key(out, view_strokes[v], text);
   }
   fprintf(out, "<span>at %s%s</span></div>", channel_name(a, a->view_channel, name),
           a->against ? "; dotted: the model" : "");
@@ -224,7 +208,7 @@ static void plot_hemispheres(FILE *out, const hetab_audit *a) {
       "map: the normal in the middle, the horizon along the border. Colours are logarithmic, each "
       "map from its own peak down.</p>",
       out);
-  write_scale(out, "10<sup>-6</sup>", "peak");
+  svg_scale(out, "10<sup>-6</sup>", "peak");
   fputs("<div class=\"maps\">", out);
   for (int v = 0; v < HETAB_VIEWS; v++)
     plot_hemisphere(out, &a->views[v]);
@@ -241,7 +225,7 @@ static void plot_error_map(FILE *out, const hetab_against *against) {
       levels[row * HETAB_ERROR_MAP + column] =
           isfinite(l1) ? (unsigned char)(1 + at * (SVG_LEVELS - 2)) : 0;
     }
-  write_scale(out, "10<sup>-4</sup>", "1");
+  svg_scale(out, "10<sup>-4</sup>", "1");
   fputs("<div class=\"maps\">", out);
   svg_map(out, levels, HETAB_ERROR_MAP, HETAB_ERROR_MAP, "Relative L1 error",
           "theta_i, 0 to 90\u00b0", "theta_r, 0 to 90\u00b0");
@@ -312,7 +296,7 @@ static void write_checks(FILE *out, const hetab_audit *a) {
 static void write_parameters(FILE *out, const hetab_audit *a) {
   fprintf(out, "<p>%s", hetab_audit_kind_name(a->kind));
   if (a->kind != HETAB_AUDIT_SURFACE)
-    fprintf(out, ", lookup: %s", hetab_lookup_name(a->lookup));
+    fprintf(out, ", lookup: %s", hetab_reading_name(a->lookup));
   if (a->sigma0_um > 0)
     fprintf(out, ", sigma0 %.6g \u00b5m, tau %.6g \u00b5m", a->sigma0_um, a->tau_um);
   if (a->channel_count && a->lambda_um)

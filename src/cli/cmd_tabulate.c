@@ -18,8 +18,11 @@
 static const struct {
   const char *extension;
   output_format format;
-} formats[] = {
-    {".h5", OUTPUT_H5}, {".hdf5", OUTPUT_H5}, {".binary", OUTPUT_MERL}, {".bsdf", OUTPUT_RGL}};
+} formats[] = {{".h5", OUTPUT_H5},
+               {".hdf5", OUTPUT_H5},
+               {".exr", OUTPUT_EXR},
+               {".binary", OUTPUT_MERL},
+               {".bsdf", OUTPUT_RGL}};
 
 static int find_format(const char *path, output_format *format) {
   size_t length = strlen(path);
@@ -32,6 +35,11 @@ static int find_format(const char *path, output_format *format) {
     }
   }
   return 0;
+}
+
+/* Formats that leave the specular reflectance to a CSV beside them. */
+static int has_sidecar(output_format format) {
+  return format == OUTPUT_MERL || format == OUTPUT_RGL;
 }
 
 /* NAME.binary -> NAME.specular.csv */
@@ -60,9 +68,10 @@ static int add_output(const cli_command *self, tabulate_job *job, const char *pa
   table_output *output = &job->outputs[job->output_count];
   int status = -1;
   if (!find_format(path, &output->format))
-    return cli_usage(self, "%s: the name of an output ends in .h5, .hdf5, .binary or .bsdf", path);
+    return cli_usage(self, "%s: the name of an output ends in .h5, .hdf5, .exr, .binary or .bsdf",
+                     path);
   output->path = path;
-  if (output->format != OUTPUT_H5 && !(output->specular_path = specular_path(path)))
+  if (has_sidecar(output->format) && !(output->specular_path = specular_path(path)))
     return cli_fail("out of memory");
   for (size_t i = 0; i < job->output_count && status < 0; i++)
     status = check_distinct(self, &job->outputs[i], output);
@@ -99,20 +108,24 @@ static int has_format(const tabulate_job *job, output_format format) {
   return 0;
 }
 
-/* --bands takes words for RGL tables and wavelengths for MERL tables. */
-static int is_rgl_bands(const char *bands) {
+/* --bands takes words for OpenEXR and RGL tables, and wavelengths for MERL tables. */
+static int is_channels(const char *bands) {
   return bands && (strcmp(bands, "rgb") == 0 || strcmp(bands, "spectral") == 0);
 }
 
-static int plan_rgl(const cli_command *self, tabulate_job *job) {
+static int plan_bands(const cli_command *self, tabulate_job *job) {
   const tabulate_request *r = job->request;
-  job->rgl_options.table_error = r->table_error;
-  if (is_rgl_bands(r->bands) && !has_format(job, OUTPUT_RGL))
-    return cli_usage(self, "--bands %s is for .bsdf outputs, and there is none", r->bands);
-  if (r->bands && !is_rgl_bands(r->bands) && !has_format(job, OUTPUT_MERL))
+  int words = is_channels(r->bands), spectral = words && strcmp(r->bands, "spectral") == 0;
+  if (words && !has_format(job, OUTPUT_RGL) && !has_format(job, OUTPUT_EXR))
+    return cli_usage(self, "--bands %s is for .exr and .bsdf outputs, and there is none", r->bands);
+  if (r->bands && !words && !has_format(job, OUTPUT_MERL))
     return cli_usage(self, "--bands: '%s' is neither rgb nor spectral", r->bands);
-  if (is_rgl_bands(r->bands) && strcmp(r->bands, "spectral") == 0)
-    job->rgl_options.bands = HETAB_RGL_SPECTRAL;
+  if (words && !spectral && r->exr_parts == HETAB_EXR_BY_WAVELENGTH)
+    return cli_usage(self, "--exr-parts wavelength holds no colour: take --bands spectral");
+  job->rgl_options.table_error = r->table_error;
+  job->rgl_options.bands = spectral ? HETAB_RGL_SPECTRAL : HETAB_RGL_RGB;
+  if (spectral || r->exr_parts == HETAB_EXR_BY_WAVELENGTH)
+    job->exr_options.bands = HETAB_EXR_SPECTRAL;
   return -1;
 }
 
@@ -126,7 +139,7 @@ static int plan_merl(const cli_command *self, tabulate_job *job) {
                             .seed = (unsigned)r->seed};
   static const size_t needed[] = {
       [HETAB_MERL_SRGB] = 0, [HETAB_MERL_MONO] = 1, [HETAB_MERL_BANDS] = 3};
-  const char *bands = is_rgl_bands(r->bands) ? NULL : r->bands;
+  const char *bands = is_channels(r->bands) ? NULL : r->bands;
   size_t given = bands ? cli_wavelength_list(bands, o->band_um, 3) : 0;
   if (bands && !given)
     return cli_usage(
@@ -170,6 +183,8 @@ static hetab_status open_inputs(tabulate_job *job) {
 
 /* Float by default, double where the tolerance asks for more than float arithmetic has. */
 static hetab_precision choose_precision(const tabulate_request *r) {
+  if (r->method == HETAB_METHOD_LITERAL)
+    return HETAB_DOUBLE;
   if (r->precision >= 0)
     return (hetab_precision)r->precision;
   return r->tolerance > 0 && r->tolerance < 1e-5 ? HETAB_DOUBLE : HETAB_FLOAT;
@@ -240,9 +255,35 @@ static int save_specular_csv(tabulate_job *job, const table_output *output) {
 
 /* ---- dense tables -------------------------------------------------------------------------- */
 
+static hetab_status create_h5(tabulate_job *job, table_output *o, const double *rho) {
+  hetab_status status =
+      hetab_h5_create(job->ctx, o->path, job->surface, job->grid, &job->h5_options, &o->writer);
+  return status == HETAB_OK ? hetab_h5_write_specular(job->ctx, o->writer, rho) : status;
+}
+
+static hetab_status create_exr(tabulate_job *job, table_output *o, const double *rho) {
+  hetab_status status =
+      hetab_exr_create(job->ctx, o->path, job->surface, job->grid, &job->exr_options, &o->exr);
+  return status == HETAB_OK ? hetab_exr_write_specular(job->ctx, o->exr, rho) : status;
+}
+
+static void choose_exr(tabulate_job *job) {
+  const tabulate_request *r = job->request;
+  hetab_exr_options *o = &job->exr_options;
+  o->parts = (hetab_exr_parts)r->exr_parts;
+  o->element = (hetab_exr_element)r->exr_type;
+  o->slabs = hetab_engine_precision(job->engine);
+  o->method = hetab_engine_method(job->engine);
+  o->tolerance = hetab_engine_tolerance(job->engine);
+  o->device = hetab_engine_device(job->engine);
+  o->overwrite = r->force;
+}
+
 static int create_writers(tabulate_job *job) {
   const tabulate_request *r = job->request;
-  hetab_precision precision = hetab_engine_precision(job->engine);
+  hetab_precision precision = choose_precision(r);
+  if (has_format(job, OUTPUT_EXR))
+    choose_exr(job);
   job->h5_options =
       (hetab_h5_options){.element = r->element < 0 ? precision : (hetab_precision)r->element,
                          .slabs = precision,
@@ -255,14 +296,13 @@ static int create_writers(tabulate_job *job) {
   hetab_status status = HETAB_OK;
   for (size_t i = 0; i < job->output_count && status == HETAB_OK; i++) {
     table_output *o = &job->outputs[i];
-    if (o->format != OUTPUT_H5)
-      continue;
-    status =
-        hetab_h5_create(job->ctx, o->path, job->surface, job->grid, &job->h5_options, &o->writer);
-    if (status == HETAB_OK)
-      status = hetab_h5_write_specular(job->ctx, o->writer, rho);
+    if (o->format == OUTPUT_H5)
+      status = create_h5(job, o, rho);
+    else if (o->format == OUTPUT_EXR)
+      status = create_exr(job, o, rho);
   }
   free(rho);
+  job->specular_max[OUTPUT_EXR] = job->specular_max[OUTPUT_H5];
   return status == HETAB_OK ? -1 : cli_fail_context(job->ctx);
 }
 
@@ -299,7 +339,7 @@ static int slab_radiant(const tabulate_job *job, const hetab_slab *slab) {
                                o->element == HETAB_FLOAT ? (double)FLT_MAX : DBL_MAX);
 }
 
-/* A slab goes to every HDF5 output. A bad one stops the job: nothing is published. */
+/* A slab goes to every HDF5 and OpenEXR output. A bad one stops the job: nothing is published. */
 static hetab_status fan_out(hetab_context *ctx, void *user, const hetab_slab *slab) {
   tabulate_job *job = user;
   hetab_status status = HETAB_OK;
@@ -310,6 +350,8 @@ static hetab_status fan_out(hetab_context *ctx, void *user, const hetab_slab *sl
   for (size_t i = 0; i < job->output_count && status == HETAB_OK; i++)
     if (job->outputs[i].writer)
       status = hetab_h5_write_slab(ctx, job->outputs[i].writer, slab);
+    else if (job->outputs[i].exr)
+      status = hetab_exr_write_slab(ctx, job->outputs[i].exr, slab);
   return status;
 }
 
@@ -327,13 +369,11 @@ static int fill_dense(tabulate_job *job) {
   const tabulate_request *r = job->request;
   hetab_tabulate_options options = {.samples = r->samples, .seed = (unsigned)r->seed};
   hetab_report *report = &job->reports[OUTPUT_H5];
-  int status = create_writers(job);
-  if (status >= 0)
-    return status;
   cli_progress_begin(job->ctx, hetab_surface_name(job->surface), r->quiet);
   hetab_status done = hetab_tabulate(job->ctx, job->engine, job->surface, job->grid, &options,
                                      fan_out, job, report);
   cli_progress_end();
+  job->reports[OUTPUT_EXR] = *report;
   if (job->bad_slab)
     return cli_fail("entries of the table are NaN, infinite or negative: nothing written; please "
                     "report this");
@@ -381,6 +421,14 @@ static int publish_h5(tabulate_job *job, table_output *output) {
   return hetab_h5_commit(job->ctx, writer) == HETAB_OK ? -1 : cli_fail_context(job->ctx);
 }
 
+static int publish_exr(tabulate_job *job, table_output *output) {
+  hetab_exr_writer *writer = output->exr;
+  output->exr = NULL;
+  output->saturated = hetab_exr_saturated(writer);
+  hetab_exr_set_error(writer, &job->reports[OUTPUT_EXR].error);
+  return hetab_exr_commit(job->ctx, writer) == HETAB_OK ? -1 : cli_fail_context(job->ctx);
+}
+
 static hetab_status save_table(tabulate_job *job, const table_output *output) {
   int force = job->request->force;
   return output->format == OUTPUT_RGL ? hetab_rgl_save(job->ctx, job->rgl, output->path, force)
@@ -406,22 +454,38 @@ static int publish(tabulate_job *job) {
     table_output *o = &job->outputs[i];
     if (cli_signal())
       return cli_fail("stopped");
-    status = o->format == OUTPUT_H5 ? publish_h5(job, o) : publish_with_csv(job, o);
+    status = o->format == OUTPUT_H5    ? publish_h5(job, o)
+             : o->format == OUTPUT_EXR ? publish_exr(job, o)
+                                       : publish_with_csv(job, o);
   }
   return status;
 }
 
 /* ---- the command --------------------------------------------------------------------------- */
 
-static int evaluate(tabulate_job *job) {
-  int device = has_format(job, OUTPUT_H5) || has_format(job, OUTPUT_MERL), status = -1;
-  if (open_inputs(job) != HETAB_OK || (device && open_engine(job) != HETAB_OK))
+/* Inputs, the files' layout and the engine, if one is needed; the OpenCL runtime loads meanwhile.
+ * OpenEXR headers name the device, and come after it. */
+static int prepare(tabulate_job *job) {
+  int has_h5 = has_format(job, OUTPUT_H5), has_exr = has_format(job, OUTPUT_EXR), status = -1;
+  int device = has_h5 || has_exr || has_format(job, OUTPUT_MERL);
+  if (device && job->request->method != HETAB_METHOD_LITERAL)
+    job->preload = hetab_preload_start();
+  if (open_inputs(job) != HETAB_OK)
     return cli_fail_context(job->ctx);
-  if (has_format(job, OUTPUT_RGL))
+  if (has_h5 && !has_exr)
+    status = create_writers(job);
+  if (status < 0 && device && open_engine(job) != HETAB_OK)
+    status = cli_fail_context(job->ctx);
+  return status < 0 && has_exr ? create_writers(job) : status;
+}
+
+static int evaluate(tabulate_job *job) {
+  int status = prepare(job);
+  if (status < 0 && has_format(job, OUTPUT_RGL))
     status = fill_rgl(job);
   if (status < 0 && has_format(job, OUTPUT_MERL)) /* first: it can refuse, and is the shorter job */
     status = fill_merl(job);
-  if (status < 0 && has_format(job, OUTPUT_H5))
+  if (status < 0 && (has_format(job, OUTPUT_H5) || has_format(job, OUTPUT_EXR)))
     status = fill_dense(job);
   return status < 0 ? publish(job) : status;
 }
@@ -430,7 +494,7 @@ static int run_job(const cli_command *self, const tabulate_request *request) {
   tabulate_job job = {.request = request};
   int status = plan_outputs(self, &job);
   if (status < 0)
-    status = plan_rgl(self, &job);
+    status = plan_bands(self, &job);
   if (status < 0)
     status = plan_merl(self, &job);
   if (status < 0)
@@ -441,12 +505,14 @@ static int run_job(const cli_command *self, const tabulate_request *request) {
     status = tabulate_summary(&job);
   for (size_t i = 0; i < job.output_count; i++) {
     hetab_h5_abort(job.outputs[i].writer);
+    hetab_exr_abort(job.outputs[i].exr);
     free(job.outputs[i].specular_path);
   }
   free(job.outputs);
   hetab_merl_free(job.merl);
   hetab_rgl_free(job.rgl);
   hetab_engine_free(job.engine);
+  hetab_preload_finish(job.preload);
   hetab_grid_free(job.grid);
   hetab_surface_free(job.surface);
   hetab_context_free(job.ctx);
@@ -465,23 +531,25 @@ static int run(const cli_command *self, int argc, char **argv) {
 const cli_command cli_tabulate = {
     .name = "tabulate",
     .arguments = "SURFACE -o FILE [-o FILE]...",
-    .summary = "write the tables of a surface as HDF5, MERL and RGL files",
+    .summary = "write the tables of a surface as HDF5, OpenEXR, MERL and RGL files",
     .description =
         "Evaluates SURFACE (a preset, see 'hetab surfaces', or a YAML file) over a whole grid and "
         "writes the table to each FILE: dd + ud, in 1/sr, without a cosine. Files appear whole or "
         "not at all, and none is overwritten without --force.\n\n"
         "The specular delta is not in the tables. An HDF5 file holds its reflectance rho_s as "
-        "/specular_reflectance; beside NAME.binary and NAME.bsdf it is written to "
-        "NAME.specular.csv.\n\n"
+        "/specular_reflectance, an OpenEXR file as its last part; beside NAME.binary and NAME.bsdf "
+        "it is written to NAME.specular.csv.\n\n"
+        "An OpenEXR file holds a part for each theta_i (rows theta_r, columns phi; channels R G B, "
+        "or T.550,000000nm and so on), or for each wavelength (rows theta_i and theta_r), with the "
+        "surface and the axes as attributes.\n\n"
         "A .bsdf is an RGL table for Mitsuba 3's and pbrt-v4's measured materials, as small as "
         "--table-error allows; it is made on the host and needs no device.\n\n"
         "--json prints an object with surface, device, method, precision, tolerance (these null "
         "where no device was needed), version and outputs, an array of objects with file, format "
-        "(hdf5, merl or rgl), entries, seconds, "
-        "entries_per_second, kernel_seconds, kernel_entries_per_second, error (samples, compared, "
-        "max_rel, p99_rel, rms_rel, max_abs_below_floor, bad; null without samples), specular "
-        "(max, file, in_table, cone_deg) and, for merl, clamped; for rgl, table (bands, "
-        "table_error, "
-        "error_l1, bias, theta_i, resolution, bytes, clamped).",
+        "(hdf5, exr, merl or rgl), entries, seconds, entries_per_second, kernel_seconds, "
+        "kernel_entries_per_second, error (samples, compared, max_rel, p99_rel, rms_rel, "
+        "max_abs_below_floor, bad; null without samples), specular (max, file, in_table, cone_deg) "
+        "and, for merl, clamped; for exr, saturated; for rgl, table (bands, table_error, error_l1, "
+        "bias, theta_i, resolution, bytes, clamped).",
     .run = run,
 };

@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 enum { LEFT = 54, RIGHT = 12, TOP = 10, BOTTOM = 42 };
 enum { INNER_WIDTH = SVG_WIDTH - LEFT - RIGHT, INNER_HEIGHT = SVG_HEIGHT - TOP - BOTTOM };
@@ -134,6 +135,39 @@ void svg_line(const svg_plot *p, const double *x, const double *y, size_t count,
   end_line(p->stream, style, title);
 }
 
+/* ---- bands and points ---------------------------------------------------------------------- */
+
+/* Kept near the axes; what is not positive on a logarithmic one lies below. */
+static double clamped_y(const svg_plot *p, double value) {
+  double at = p->y.log && !(value > 0) ? 999 : place_y(p, value);
+  return isfinite(at) ? fmax(-999, fmin(999, at)) : 999;
+}
+
+void svg_band(const svg_plot *p, const double *x, const double *low, const double *high,
+              size_t count, size_t stride, const char *style, const char *title) {
+  fputs("<path class=\"band\" d=\"", p->stream);
+  for (size_t i = 0; i < count; i++)
+    fprintf(p->stream, "%c%.1f %.1f", i ? 'L' : 'M', place_x(p, x[i]),
+            clamped_y(p, high[i * stride]));
+  for (size_t i = count; i-- > 0;)
+    fprintf(p->stream, "L%.1f %.1f", place_x(p, x[i]), clamped_y(p, low[i * stride]));
+  putc('Z', p->stream);
+  end_line(p->stream, style, title);
+}
+
+void svg_point(const svg_plot *p, double x, double y, double radius, const char *style,
+               const char *title) {
+  if (!isfinite(x) || !isfinite(y) || (p->y.log && !(y > 0)))
+    return;
+  double at_x = place_x(p, x), at_y = place_y(p, y);
+  if (at_x < LEFT || at_x > LEFT + INNER_WIDTH || at_y < TOP || at_y > TOP + INNER_HEIGHT)
+    return;
+  fprintf(p->stream, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"%.1f\" style=\"%s\"><title>", at_x, at_y,
+          radius, style);
+  svg_text(p->stream, title);
+  fputs("</title></circle>", p->stream);
+}
+
 /* ---- half circles -------------------------------------------------------------------------- */
 
 enum { POLAR_RADIUS = 180, POLAR_HEIGHT = 232, CENTRE_X = SVG_WIDTH / 2, CENTRE_Y = 206 };
@@ -220,4 +254,55 @@ void svg_map(FILE *stream, const unsigned char *levels, int rows, int columns, c
           SIDE / 2);
   svg_text(stream, left);
   fputs("</text></svg></figure>\n", stream);
+}
+
+/* ---- discs --------------------------------------------------------------------------------- */
+
+enum { DISC = 200, DISC_EDGE = 20 };
+
+static void draw_polar_grid(FILE *stream) {
+  static const int rings_deg[] = {30, 60, 90};
+  const int centre = DISC_EDGE + DISC / 2;
+  for (int i = 0; i < 3; i++)
+    fprintf(stream, "<circle class=\"ring\" cx=\"%d\" cy=\"%d\" r=\"%.1f\"/>", centre, centre,
+            DISC / 2 * sin(rings_deg[i] * M_PI / 180));
+  fprintf(stream, "<path class=\"ring\" d=\"M%d %dh%dM%d %dv%d\"/>", DISC_EDGE, centre, DISC,
+          centre, DISC_EDGE, DISC);
+}
+
+void svg_disc(FILE *stream, const unsigned char *levels, int side, const char *caption) {
+  const int whole = DISC + 2 * DISC_EDGE, centre = whole / 2;
+  begin_figure(stream, caption, whole, whole);
+  fprintf(stream,
+          "<svg x=\"%d\" y=\"%d\" width=\"%d\" height=\"%d\" viewBox=\"0 0 %d %d\" "
+          "shape-rendering=\"crispEdges\">",
+          DISC_EDGE, DISC_EDGE, DISC, DISC, side, side);
+  for (int level = 0; level < SVG_LEVELS; level++)
+    draw_level(stream, levels, side, side, level);
+  fputs("</svg>", stream);
+  draw_polar_grid(stream);
+  fprintf(stream,
+          "<text x=\"%d\" y=\"13\" text-anchor=\"middle\">90\u00b0</text><text "
+          "transform=\"translate(12 %d) rotate(-90)\" text-anchor=\"middle\">light</text><text "
+          "transform=\"translate(%d %d) rotate(90)\" text-anchor=\"middle\">mirror</text>",
+          centre, centre, whole - 12, centre);
+  fputs("</svg></figure>\n", stream);
+}
+
+/* ---- keys ---------------------------------------------------------------------------------- */
+
+void svg_scale(FILE *stream, const char *low, const char *high) {
+  fprintf(
+      stream,
+      "<div class=\"scale\"><span>%s</span><svg viewBox=\"0 0 %d 1\" preserveAspectRatio=\"none\">",
+      low, SVG_LEVELS - 1);
+  for (int level = 1; level < SVG_LEVELS; level++)
+    fprintf(stream, "<path class=\"m%d\" d=\"M%d 0h1v1h-1z\"/>", level, level - 1);
+  fprintf(stream, "</svg><span>%s</span></div>", high);
+}
+
+void svg_key(FILE *stream, const char *stroke, const char *text) {
+  fprintf(stream, "<span><i style=\"border-color:%s\"></i>", strchr(stroke, ':') + 1);
+  svg_text(stream, text);
+  fputs("</span>", stream);
 }

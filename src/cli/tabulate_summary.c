@@ -12,6 +12,9 @@ static double rate(double entries, double seconds) {
 /* Of the file's numbers. */
 static hetab_error_stats file_error(const tabulate_job *job, const table_output *output) {
   const hetab_error_stats *error = &job->reports[output->format].error;
+  hetab_h5_options rounded = {.element = HETAB_FLOAT, .slabs = job->exr_options.slabs};
+  if (output->format == OUTPUT_EXR)
+    return hetab_h5_error(&rounded, error);
   return output->format == OUTPUT_H5 ? hetab_h5_error(&job->h5_options, error) : *error;
 }
 
@@ -36,20 +39,26 @@ static json_t *rgl_json(const tabulate_job *job) {
                    (json_int_t)r->bytes, "clamped", (json_int_t)r->clamped);
 }
 
+static const char *format_name(output_format format) {
+  static const char *const names[OUTPUT_FORMATS] = {
+      [OUTPUT_H5] = "hdf5", [OUTPUT_MERL] = "merl", [OUTPUT_RGL] = "rgl", [OUTPUT_EXR] = "exr"};
+  return names[format];
+}
+
 static json_t *output_json(const tabulate_job *job, const table_output *output) {
   const hetab_report *report = &job->reports[output->format];
   hetab_error_stats error = file_error(job, output);
-  static const char *const formats[] = {
-      [OUTPUT_H5] = "hdf5", [OUTPUT_MERL] = "merl", [OUTPUT_RGL] = "rgl"};
   json_t *json = json_pack("{so ss sf sf sf sf sf so so}", "file", cli_json_text(output->path),
-                           "format", formats[output->format], "entries", report->entries, "seconds",
-                           report->wall_seconds, "entries_per_second",
+                           "format", format_name(output->format), "entries", report->entries,
+                           "seconds", report->wall_seconds, "entries_per_second",
                            rate(report->entries, report->wall_seconds), "kernel_seconds",
                            report->kernel_seconds, "kernel_entries_per_second",
                            rate(report->entries, report->kernel_seconds), "error",
                            cli_json_error(&error), "specular", specular_json(job, output));
   if (json && output->format == OUTPUT_MERL)
     json_object_set_new(json, "clamped", json_integer((json_int_t)report->clamped));
+  if (json && output->format == OUTPUT_EXR)
+    json_object_set_new(json, "saturated", json_integer((json_int_t)output->saturated));
   if (json && output->format == OUTPUT_RGL)
     json_object_set_new(json, "table", rgl_json(job));
   return json;
@@ -116,6 +125,14 @@ static void print_notes(const tabulate_job *job, const table_output *output) {
   if (output->format == OUTPUT_H5) {
     printf("%s: specular reflectance, at most %.3g, is in /specular_reflectance\n", output->path,
            max);
+    return;
+  }
+  if (output->format == OUTPUT_EXR) {
+    printf("%s: specular reflectance, at most %.3g, is in the part specular_reflectance\n",
+           output->path, max);
+    if (output->saturated)
+      printf("%s: %zu pixels above 65504 are stored as 65504: take --exr-type float\n",
+             output->path, output->saturated);
     return;
   }
   if (output->format == OUTPUT_RGL)

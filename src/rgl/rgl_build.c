@@ -213,8 +213,8 @@ static size_t more_nodes(size_t r, double excess) {
 
 /* Along the border between shapes that serve and shapes that do not: more nodes where one does not,
  * fewer incidences where it does. */
-static hetab_status walk(search *s) {
-  size_t t = enough_incidences(s), r = 0;
+static hetab_status walk(search *s, size_t t) {
+  size_t r = 0;
   while (r < RESOLUTIONS) {
     hetab_rgl_shape shape = s->shape;
     double excess;
@@ -228,13 +228,16 @@ static hetab_status walk(search *s) {
     else
       t--;
   }
-  if (excess_of(s, &s->report) <= 1.0)
+  return HETAB_OK;
+}
+
+/* From as many incidences as should be enough; from the most if they are not. */
+static hetab_status find_shape(search *s) {
+  size_t enough = enough_incidences(s), most = THETA_I_COUNTS - 1;
+  HETAB_TRY(walk(s, enough));
+  if (excess_of(s, &s->report) <= 1.0 || enough == most)
     return HETAB_OK;
-  hetab_rgl_shape most = s->shape;
-  double excess;
-  most.theta_i = theta_i_counts[THETA_I_COUNTS - 1];
-  most.resolution = resolutions[RESOLUTIONS - 1];
-  return try_shape(s, &most, &excess);
+  return walk(s, most);
 }
 
 /* Nodes for the lobe: at least 8 over its half width. */
@@ -277,7 +280,7 @@ hetab_status hetab_rgl_build(hetab_context *ctx, const hetab_rgl_source *source,
   if (!(s.target > 0.0 && s.target <= 1.0))
     return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "table_error %g: give a value up to 1", s.target);
   HETAB_GOTO(prepare(&s));
-  HETAB_GOTO(walk(&s));
+  HETAB_GOTO(find_shape(&s));
 done:
   hetab_rgl_trial_clear(&s.trial);
   if (status != HETAB_OK) {

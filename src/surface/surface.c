@@ -202,6 +202,29 @@ double hetab_surface_tau_um(const hetab_surface *surface) {
   return surface->tau_um;
 }
 
+static bool are_bounds(const double bounds[2], double value) {
+  bool none = bounds[0] == 0 && bounds[1] == 0;
+  return none || (bounds[0] > 0 && bounds[0] <= value && value <= bounds[1] && isfinite(bounds[1]));
+}
+
+hetab_status hetab_surface_set_bounds(hetab_context *ctx, hetab_surface *surface,
+                                      const double sigma0_um[2], const double tau_um[2]) {
+  if (!are_bounds(sigma0_um, surface->sigma0_um) || !are_bounds(tau_um, surface->tau_um))
+    return hetab_fail(
+        ctx, HETAB_ERR_ARGUMENT,
+        "bounds %g to %g of sigma0 %g um, %g to %g of tau %g um: give a low one above "
+        "0 and a high one with the value between them",
+        sigma0_um[0], sigma0_um[1], surface->sigma0_um, tau_um[0], tau_um[1], surface->tau_um);
+  memcpy(surface->sigma0_bounds_um, sigma0_um, sizeof surface->sigma0_bounds_um);
+  memcpy(surface->tau_bounds_um, tau_um, sizeof surface->tau_bounds_um);
+  return HETAB_OK;
+}
+
+void hetab_surface_bounds(const hetab_surface *surface, double sigma0_um[2], double tau_um[2]) {
+  memcpy(sigma0_um, surface->sigma0_bounds_um, sizeof surface->sigma0_bounds_um);
+  memcpy(tau_um, surface->tau_bounds_um, sizeof surface->tau_bounds_um);
+}
+
 const hetab_index *hetab_surface_index(const hetab_surface *surface) {
   return surface->index;
 }

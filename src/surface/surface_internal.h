@@ -9,6 +9,7 @@
 struct hetab_surface {
   char *name;
   double sigma0_um, tau_um;
+  double sigma0_bounds_um[2], tau_bounds_um[2]; /* low, high; 0, 0: not known */
   hetab_index *index;
   bool extrapolate; /* allow wavelengths outside the index data */
 

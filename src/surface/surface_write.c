@@ -46,6 +46,13 @@ static void write_number(FILE *out, const char *key, double value) {
   fprintf(out, "%s: %s\n", key, text);
 }
 
+static void write_bounds(FILE *out, const char *key, const double bounds[2]) {
+  if (bounds[1] == 0)
+    return;
+  fprintf(out, "%s: ", key);
+  hetab_numbers_write(out, bounds, 2);
+}
+
 static void write_index(FILE *out, const hetab_index *index) {
   char n[HETAB_NUMBER_TEXT], k[HETAB_NUMBER_TEXT];
   switch (index->origin) {
@@ -82,6 +89,8 @@ static hetab_status write_surface(hetab_context *ctx, const hetab_surface *surfa
   fputc('\n', out);
   write_number(out, "sigma0_um", surface->sigma0_um);
   write_number(out, "tau_um", surface->tau_um);
+  write_bounds(out, "sigma0_bounds_um", surface->sigma0_bounds_um);
+  write_bounds(out, "tau_bounds_um", surface->tau_bounds_um);
   write_index(out, surface->index);
   if (surface->extrapolate)
     fputs("extrapolate_index: true\n", out);

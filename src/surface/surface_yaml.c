@@ -17,6 +17,8 @@ static const char *const surface_keys[] = {"name",
                                            "wavelengths_nm",
                                            "wavelengths_um",
                                            "diffuse_reflectance",
+                                           "sigma0_bounds_um",
+                                           "tau_bounds_um",
                                            NULL};
 static const char *const index_keys[] = {"file", "n", "k", NULL};
 
@@ -41,13 +43,36 @@ static hetab_status read_sigma0(hetab_yaml *file, const yaml_node_t *root, hetab
   return status == HETAB_OK ? HETAB_OK : hetab_yaml_locate(file, status, slope_node, "slope");
 }
 
+/* [low, high] about the value; bounds stay 0 without the key. */
+static hetab_status read_bounds(hetab_yaml *file, const yaml_node_t *root, const char *key,
+                                double value, double bounds[2]) {
+  yaml_node_t *node = hetab_yaml_get(file, root, key);
+  if (!node)
+    return HETAB_OK;
+  if (node->type != YAML_SEQUENCE_NODE)
+    return hetab_yaml_fail(file, node, key, "not a list: give [LOW, HIGH]");
+  double *values;
+  size_t count;
+  HETAB_TRY(hetab_yaml_numbers(file, node, key, &hetab_rule_length, &values, &count));
+  bool good = count == 2 && values[0] <= value && value <= values[1];
+  if (good)
+    memcpy(bounds, values, 2 * sizeof *bounds);
+  free(values);
+  return good ? HETAB_OK
+              : hetab_yaml_fail(file, node, key,
+                                "give [LOW, HIGH] with the value, %g, between them", value);
+}
+
 static hetab_status read_roughness(hetab_yaml *file, const yaml_node_t *root,
                                    hetab_surface *surface) {
   yaml_node_t *tau_node;
   HETAB_TRY(
       hetab_yaml_require(file, root, "tau_um", "add tau_um (correlation length, um)", &tau_node));
   HETAB_TRY(hetab_yaml_number(file, tau_node, "tau_um", &hetab_rule_length, &surface->tau_um));
-  return read_sigma0(file, root, surface);
+  HETAB_TRY(read_sigma0(file, root, surface));
+  HETAB_TRY(
+      read_bounds(file, root, "sigma0_bounds_um", surface->sigma0_um, surface->sigma0_bounds_um));
+  return read_bounds(file, root, "tau_bounds_um", surface->tau_um, surface->tau_bounds_um);
 }
 
 /* ---- index ---- */

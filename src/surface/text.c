@@ -6,14 +6,26 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <sys/stat.h>
 
-enum { MAX_BYTES = 16 << 20, MAX_WORD = 63 };
+enum { MAX_BYTES = 16 << 20, MIB = 1 << 20, MAX_WORD = 63 };
 
 const char *const hetab_yaml_extensions[] = {".yml", ".yaml", NULL};
 
+static hetab_status fail_large(hetab_context *ctx, const char *path, size_t most) {
+  return hetab_fail(ctx, HETAB_ERR_PARSE, "%s: larger than %zu MiB: name a YAML or CSV text file",
+                    path, most / MIB);
+}
+
+/* Before its memory is asked for; what has no size (a pipe) is met when it has been read. */
+static bool is_larger(FILE *file, size_t most) {
+  struct stat about;
+  return fstat(fileno(file), &about) == 0 && about.st_size > (off_t)most;
+}
+
 /* Reads to the end of the file; one byte is always left for the terminator. */
-static hetab_status read_all(hetab_context *ctx, const char *path, FILE *file, char **text,
-                             size_t *length) {
+static hetab_status read_all(hetab_context *ctx, const char *path, FILE *file, size_t most,
+                             char **text, size_t *length) {
   size_t capacity = 64 << 10, used = 0;
   char *bytes = NULL;
   do {
@@ -25,14 +37,13 @@ static hetab_status read_all(hetab_context *ctx, const char *path, FILE *file, c
     }
     bytes = larger;
     used += fread(bytes + used, 1, capacity - used - 1, file);
-  } while (used == capacity - 1 && used <= MAX_BYTES);
+  } while (used == capacity - 1 && used <= most);
   int error = ferror(file) ? errno : 0;
-  if (error || used > MAX_BYTES) {
+  if (error || used > most) {
     free(bytes);
     return error ? hetab_fail(ctx, HETAB_ERR_IO, "%s: cannot read: %s: name a readable text file",
                               path, strerror(error))
-                 : hetab_fail(ctx, HETAB_ERR_PARSE,
-                              "%s: larger than 16 MiB: name a YAML or CSV text file", path);
+                 : fail_large(ctx, path, most);
   }
   bytes[used] = '\0';
   *text = bytes;
@@ -48,11 +59,17 @@ static void strip_byte_order_mark(char *text, size_t *length) {
 }
 
 hetab_status hetab_text_read(hetab_context *ctx, const char *path, char **text, size_t *length) {
+  return hetab_text_read_up_to(ctx, path, MAX_BYTES, text, length);
+}
+
+hetab_status hetab_text_read_up_to(hetab_context *ctx, const char *path, size_t most, char **text,
+                                   size_t *length) {
   FILE *file = fopen(path, "rb");
   if (!file)
     return hetab_fail(ctx, HETAB_ERR_IO, "%s: cannot open: %s: check the path", path,
                       strerror(errno));
-  hetab_status status = read_all(ctx, path, file, text, length);
+  hetab_status status = is_larger(file, most) ? fail_large(ctx, path, most)
+                                              : read_all(ctx, path, file, most, text, length);
   fclose(file);
   HETAB_TRY(status);
   const char *nul = memchr(*text, '\0', *length);

@@ -1,0 +1,258 @@
+/* hetab fit: the parameters of a surface from its measured BRDF. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli.h"
+#include "fit_command.h"
+#include "fit_request.h"
+#include "options.h"
+#include "output.h"
+#include "progress.h"
+
+typedef struct fit_job {
+  const fit_request *request;
+  hetab_fit_options options;
+  hetab_context *ctx;
+  hetab_engine *engine;
+  hetab_index *index;
+  hetab_measurements *measurements;
+  hetab_grid *grid; /* of the incidences asked for */
+  double *lambda_um;
+  fit_report report;
+} fit_job;
+
+/* ---- inputs -------------------------------------------------------------------------------- */
+
+/* "n=1.5" or "n=1.5,k=0.1": 1; another text: 0; malformed: -1. */
+static int parse_constant(const char *text, double *n, double *k) {
+  char field[64];
+  const char *comma = strchr(text, ',');
+  if (strncmp(text, "n=", 2) != 0)
+    return 0;
+  snprintf(field, sizeof field, "%.*s", comma ? (int)(comma - text - 2) : 60, text + 2);
+  if (!cli_number(field, n))
+    return -1;
+  return !comma || (strncmp(comma, ",k=", 3) == 0 && cli_number(comma + 3, k)) ? 1 : -1;
+}
+
+static int open_index(fit_job *job) {
+  const char *text = job->request->index;
+  double n = 0, k = 0;
+  int constant = parse_constant(text, &n, &k);
+  if (constant < 0)
+    return cli_fail("--index: '%s' is not n=N or n=N,k=K", text);
+  hetab_status status = constant ? hetab_index_constant(job->ctx, n, k, &job->index)
+                        : strchr(text, '/') || strchr(text, '.')
+                            ? hetab_index_load(job->ctx, text, &job->index)
+                            : hetab_index_metal(job->ctx, text, &job->index);
+  job->options.index = job->index;
+  return status == HETAB_OK ? -1 : cli_fail_context(job->ctx);
+}
+
+static hetab_status choose(fit_job *job) {
+  const fit_request *r = job->request;
+  hetab_status status = HETAB_OK;
+  if (r->wavelengths && strcmp(r->wavelengths, "all") != 0)
+    status = hetab_parse_wavelengths(job->ctx, r->wavelengths, &job->lambda_um,
+                                     &job->options.lambda_count);
+  if (status != HETAB_OK || !r->theta_i) {
+    job->options.lambda_um = job->lambda_um;
+    return status;
+  }
+  job->options.lambda_um = job->lambda_um;
+  status = hetab_grid_create(job->ctx, &job->grid);
+  if (status == HETAB_OK)
+    status = hetab_grid_set_axis(job->ctx, job->grid, HETAB_THETA_I, r->theta_i);
+  if (status == HETAB_OK) {
+    job->options.theta_i_deg = hetab_grid_deg(job->grid, HETAB_THETA_I);
+    job->options.theta_i_count = hetab_grid_count(job->grid, HETAB_THETA_I);
+  }
+  return status;
+}
+
+static int open_inputs(fit_job *job) {
+  const fit_request *r = job->request;
+  hetab_engine_options options = {.devices = r->device,
+                                  .precision = r->precision ? HETAB_FLOAT : HETAB_DOUBLE,
+                                  .method = HETAB_METHOD_SERIES};
+  const char *outputs[] = {r->surface, r->csv, r->points, r->html};
+  for (int i = 0; i < 4; i++)
+    if (outputs[i] && !cli_output_allowed(job->ctx, outputs[i], r->force))
+      return CLI_FAILURE;
+  int status = open_index(job);
+  if (status >= 0)
+    return status;
+  if (choose(job) != HETAB_OK ||
+      hetab_measurements_load(job->ctx, r->measurements, &job->measurements) != HETAB_OK ||
+      hetab_engine_create(job->ctx, &options, &job->engine) != HETAB_OK)
+    return cli_fail_context(job->ctx);
+  job->report.measurements = job->measurements;
+  job->report.device = hetab_engine_device(job->engine);
+  job->report.precision = options.precision;
+  return -1;
+}
+
+/* ---- fits ---------------------------------------------------------------------------------- */
+
+static hetab_status fit_once(fit_job *job, const hetab_fit_options *options) {
+  hetab_status status = hetab_fit_create(job->ctx, job->engine, job->measurements, options,
+                                         &job->report.fits[job->report.count]);
+  job->report.count += status == HETAB_OK;
+  return status;
+}
+
+static hetab_status fit_each(fit_job *job) {
+  hetab_fit_options options = job->options;
+  hetab_status status = HETAB_OK;
+  size_t count = options.lambda_count ? options.lambda_count
+                                      : hetab_measurements_wavelengths(job->measurements);
+  const double *lambda_um =
+      options.lambda_count ? options.lambda_um : hetab_measurements_lambda_um(job->measurements);
+  options.lambda_count = 1;
+  for (size_t i = 0; i < count && status == HETAB_OK; i++) {
+    options.lambda_um = &lambda_um[i];
+    status = fit_once(job, &options);
+  }
+  return status;
+}
+
+static int compute(fit_job *job) {
+  const fit_request *r = job->request;
+  job->report.fits =
+      calloc(hetab_measurements_wavelengths(job->measurements) + 1 + job->options.lambda_count,
+             sizeof(hetab_fit *));
+  if (!job->report.fits)
+    return cli_fail("out of memory");
+  cli_progress_begin(job->ctx, "fit", r->quiet);
+  hetab_status status = r->per_wavelength ? fit_each(job) : fit_once(job, &job->options);
+  cli_progress_end();
+  return status == HETAB_OK ? -1 : cli_fail_context(job->ctx);
+}
+
+/* ---- outputs ------------------------------------------------------------------------------- */
+
+static int save(const fit_job *job, const char *path,
+                void (*write)(FILE *stream, const fit_report *report)) {
+  cli_text text;
+  if (!path)
+    return -1;
+  int status = cli_text_begin(&text);
+  if (status >= 0)
+    return status;
+  write(text.stream, &job->report);
+  return cli_text_save(&text, job->ctx, path, job->request->force);
+}
+
+static int save_surface(const fit_job *job) {
+  const hetab_fit *fit = job->report.fits[0];
+  cli_text text;
+  char *yaml;
+  if (!job->request->surface)
+    return -1;
+  if (!fit->surface)
+    return cli_fail("%s is not written: the constraint cannot be kept within the bounds",
+                    job->request->surface);
+  if (hetab_surface_yaml(job->ctx, fit->surface, &yaml) != HETAB_OK)
+    return cli_fail_context(job->ctx);
+  int status = cli_text_begin(&text);
+  if (status < 0) {
+    fputs(yaml, text.stream);
+    status = cli_text_save(&text, job->ctx, job->request->surface, job->request->force);
+  }
+  free(yaml);
+  return status;
+}
+
+static int save_page(const fit_job *job) {
+  cli_text text;
+  if (!job->request->html)
+    return -1;
+  int status = cli_text_begin(&text);
+  if (status >= 0)
+    return status;
+  if (fit_html(job->ctx, text.stream, &job->report) == HETAB_OK)
+    return cli_text_save(&text, job->ctx, job->request->html, job->request->force);
+  cli_text_free(&text);
+  return cli_fail_context(job->ctx);
+}
+
+static int publish(const fit_job *job) {
+  const fit_request *r = job->request;
+  int status = save(job, r->csv, fit_csv);
+  if (status < 0)
+    status = save(job, r->points, fit_points_csv);
+  if (status < 0)
+    status = save_surface(job);
+  if (status < 0)
+    status = save_page(job);
+  if (status >= 0)
+    return status;
+  if (r->json)
+    return cli_json_print(fit_json(&job->report));
+  fit_print(&job->report);
+  return CLI_OK;
+}
+
+static int run_request(const fit_request *r) {
+  fit_job job = {.request = r, .options = r->options, .ctx = cli_context()};
+  if (!job.ctx)
+    return CLI_FAILURE;
+  job.options.weights = (hetab_fit_weights)r->weights;
+  job.options.constraint = (hetab_fit_constraint)r->constraint;
+  job.options.seed = r->seed;
+  int status = open_inputs(&job);
+  if (status < 0)
+    status = compute(&job);
+  if (status < 0)
+    status = publish(&job);
+  for (size_t i = 0; i < job.report.count; i++)
+    hetab_fit_free(job.report.fits[i]);
+  free(job.report.fits);
+  free(job.lambda_um);
+  hetab_grid_free(job.grid);
+  hetab_measurements_free(job.measurements);
+  hetab_index_free(job.index);
+  hetab_engine_free(job.engine);
+  hetab_context_free(job.ctx);
+  return status;
+}
+
+/* ---- the command --------------------------------------------------------------------------- */
+
+static int run(const cli_command *self, int argc, char **argv) {
+  fit_request r = {.free = "slope,a"};
+  int first, status = fit_parse(self, argc, argv, &r, &first);
+  if (status < 0 && first == argc)
+    status = cli_usage(self, "no MEASUREMENTS given");
+  if (status < 0 && argv[first + 1])
+    status = cli_usage(self, "unexpected argument '%s'", argv[first + 1]);
+  if (status < 0) {
+    r.measurements = argv[first];
+    status = fit_check(self, &r);
+  }
+  if (status < 0)
+    status = run_request(&r);
+  free(r.bounds.items);
+  return status;
+}
+
+const cli_command cli_fit = {
+    .name = "fit",
+    .arguments = "MEASUREMENTS",
+    .summary = "the parameters of a surface from its measured BRDF",
+    .description =
+        "Fits slope, roughness, index and diffuse part to measurements (Cornell .brdf, .astm, CSV "
+        "with wavelength_nm, theta_i_deg, theta_r_deg, phi_deg, f; MERL .binary; HDF5) by the "
+        "report's energy-weighted RMS, E = sqrt(sum w (f - f_measured)^2 / sum w f_measured^2) "
+        "with w = cos(theta_i) cos(theta_r) dOmega, and prints each parameter with its 95 % "
+        "interval, the error at each incidence, the margin that rho_dh keeps, and what the "
+        "numbers do not say by themselves. Of slope, sigma0 and tau two have to be free or given: "
+        "rough surfaces determine the slope, hardly sigma0 and tau apart.\n\n"
+        "CSV of --csv: quantity, wavelength_nm, value, low, high, bootstrap_low, bootstrap_high, "
+        "unconstrained (the value that the best fit without the constraint has), error (E), end, "
+        "determined, stop. CSV of --points: wavelength_nm, theta_i_deg, theta_r_deg, phi_deg, "
+        "measured, model (1/sr), used. Diffuse parts `a` are reflectances, pi times the BRDF.\n\n"
+        "Example:\n  hetab fit paint.brdf --index n=1.5 --tau 5 --surface paint.yaml",
+    .run = run,
+};

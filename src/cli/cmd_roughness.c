@@ -1,0 +1,304 @@
+/* hetab roughness: height scans to the model's parameters. */
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli.h"
+#include "options.h"
+#include "output.h"
+#include "progress.h"
+#include "roughness_command.h"
+
+enum { PUBLISHED_DIFFERS = 3 }; /* exit status */
+
+typedef struct request {
+  const char *cutoff, *unit, *csv, *html, *surface, *index, *rows;
+  double spacing_um, resample_um, outlier, wavelength_nm, cutoff_um;
+  int level, force, json, quiet;
+} request;
+
+typedef struct roughness_job {
+  const request *request;
+  hetab_context *ctx;
+  const hetab_heights **heights;
+  size_t count;
+  hetab_roughness *roughness;
+  char index[4400]; /* as YAML has it */
+} roughness_job;
+
+/* ---- refractive index ---------------------------------------------------------------------- */
+
+static int is_metal(const char *symbol) {
+  for (size_t i = 0; i < hetab_metal_count(); i++)
+    if (strcmp(symbol, hetab_metal_symbol(i)) == 0)
+      return 1;
+  return 0;
+}
+
+static int constant_index(roughness_job *job, const char *text, const char *comma) {
+  char n_text[64];
+  double n, k;
+  hetab_index *index;
+  snprintf(n_text, sizeof n_text, "%.*s", (int)(comma - text), text);
+  if (!cli_number(n_text, &n) || !cli_number(comma + 1, &k))
+    return cli_fail("--index: '%s' is not N,K", text);
+  if (hetab_index_constant(job->ctx, n, k, &index) != HETAB_OK)
+    return cli_fail_context(job->ctx);
+  hetab_index_free(index);
+  snprintf(job->index, sizeof job->index, "{n: %.10g, k: %.10g}", n, k);
+  return -1;
+}
+
+/* A path in a surface starts at the surface's folder: an absolute one holds anywhere. */
+static int index_file(roughness_job *job, const char *path) {
+  hetab_index *index;
+  if (hetab_index_load(job->ctx, path, &index) != HETAB_OK)
+    return cli_fail_context(job->ctx);
+  hetab_index_free(index);
+  char *whole = realpath(path, NULL);
+  int length = whole ? snprintf(job->index, sizeof job->index, "{file: \"%s\"}", whole) : -1;
+  int plain = whole && !strpbrk(whole, "\"\\\n");
+  free(whole);
+  if (length < 0 || (size_t)length >= sizeof job->index || !plain)
+    return cli_fail("--index: %s: give a path of plain characters", path);
+  return -1;
+}
+
+static int write_index(roughness_job *job) {
+  const char *text = job->request->index, *comma = strchr(text, ',');
+  if (is_metal(text)) {
+    snprintf(job->index, sizeof job->index, "%s", text);
+    return -1;
+  }
+  return comma ? constant_index(job, text, comma) : index_file(job, text);
+}
+
+/* ---- scans --------------------------------------------------------------------------------- */
+
+static int load_scans(roughness_job *job, char **paths, size_t count) {
+  hetab_heights_options options = {job->request->spacing_um, job->request->unit,
+                                   job->request->resample_um};
+  job->heights = calloc(count, sizeof *job->heights);
+  if (!job->heights)
+    return cli_fail("out of memory");
+  for (size_t i = 0; i < count; i++) {
+    hetab_heights *heights;
+    if (hetab_heights_load(job->ctx, paths[i], &options, &heights) != HETAB_OK)
+      return cli_fail_context(job->ctx);
+    job->heights[job->count++] = heights;
+  }
+  return -1;
+}
+
+static int measure(roughness_job *job) {
+  const request *r = job->request;
+  hetab_roughness_options options = {.cutoff_um = r->cutoff_um,
+                                     .level = (hetab_level)r->level,
+                                     .outlier = r->outlier > 0 ? r->outlier : -1,
+                                     .wavelength_um = r->wavelength_nm / 1000};
+  cli_progress_begin(job->ctx, "scans", r->quiet);
+  hetab_status status =
+      hetab_roughness_measure(job->ctx, job->heights, job->count, &options, &job->roughness);
+  cli_progress_end();
+  return status == HETAB_OK ? -1 : cli_fail_context(job->ctx);
+}
+
+/* ---- outputs ------------------------------------------------------------------------------- */
+
+/* The file's name without folders and extension. */
+static void surface_name(const char *path, char *name, size_t size) {
+  const char *slash = strrchr(path, '/');
+  snprintf(name, size, "%s", slash ? slash + 1 : path);
+  char *dot = strrchr(name, '.');
+  if (dot && dot > name)
+    *dot = '\0';
+  for (char *c = name; *c; c++)
+    if (*c == '"' || *c == '\\' || *c < ' ')
+      *c = '_';
+}
+
+static void write_surface(FILE *out, const roughness_job *job) {
+  char name[256];
+  surface_name(job->request->surface, name, sizeof name);
+  roughness_yaml(out, job->roughness, name, job->index);
+}
+
+typedef enum output_kind { OUTPUT_CSV, OUTPUT_HTML, OUTPUT_SURFACE } output_kind;
+
+static int save(roughness_job *job, const char *path, output_kind kind) {
+  cli_text text;
+  if (!path)
+    return -1;
+  int status = cli_text_begin(&text);
+  if (status >= 0)
+    return status;
+  if (kind == OUTPUT_CSV)
+    roughness_csv(text.stream, job->roughness);
+  else if (kind == OUTPUT_HTML)
+    roughness_html(text.stream, job->roughness);
+  else
+    write_surface(text.stream, job);
+  return cli_text_save(&text, job->ctx, path, job->request->force);
+}
+
+static int publish(roughness_job *job) {
+  const request *r = job->request;
+  int status = save(job, r->csv, OUTPUT_CSV);
+  if (status < 0)
+    status = save(job, r->html, OUTPUT_HTML);
+  if (status < 0)
+    status = save(job, r->surface, OUTPUT_SURFACE);
+  if (status >= 0)
+    return status;
+  if (r->json)
+    return cli_json_print(roughness_json(job->roughness));
+  if (!r->quiet)
+    roughness_print(job->roughness);
+  return CLI_OK;
+}
+
+static int check_outputs(const roughness_job *job) {
+  const request *r = job->request;
+  const char *const outputs[] = {r->csv, r->html, r->surface};
+  for (int i = 0; i < 3; i++)
+    if (outputs[i] && !cli_output_allowed(job->ctx, outputs[i], r->force))
+      return CLI_FAILURE;
+  return -1;
+}
+
+/* ---- the command --------------------------------------------------------------------------- */
+
+static int run_scans(roughness_job *job, char **paths, size_t count) {
+  int status = check_outputs(job);
+  if (status < 0 && job->request->surface)
+    status = write_index(job);
+  if (status < 0)
+    status = load_scans(job, paths, count);
+  if (status < 0)
+    status = measure(job);
+  return status < 0 ? publish(job) : status;
+}
+
+static int run_rows(roughness_job *job) {
+  hetab_published *published;
+  if (hetab_published_load(job->ctx, job->request->rows, &published) != HETAB_OK)
+    return cli_fail_context(job->ctx);
+  int status = roughness_published_agrees(published) ? CLI_OK : PUBLISHED_DIFFERS;
+  if (job->request->json)
+    status = cli_json_print(roughness_published_json(published)) == CLI_OK ? status : CLI_FAILURE;
+  else if (!job->request->quiet)
+    roughness_print_published(published);
+  hetab_published_free(published);
+  return status;
+}
+
+static int start(const request *r, char **paths, size_t count) {
+  roughness_job job = {.request = r, .ctx = cli_context()};
+  if (!job.ctx)
+    return CLI_FAILURE;
+  int status = r->rows ? run_rows(&job) : run_scans(&job, paths, count);
+  for (size_t i = 0; i < job.count; i++)
+    hetab_heights_free((hetab_heights *)job.heights[i]);
+  free(job.heights);
+  hetab_roughness_free(job.roughness);
+  hetab_context_free(job.ctx);
+  return status;
+}
+
+static int check_request(const cli_command *self, request *r, char **paths) {
+  const char *const outputs[] = {r->csv, r->html, r->surface};
+  if (!r->rows && !*paths)
+    return cli_usage(self, "no SCAN given");
+  if (r->rows && *paths)
+    return cli_usage(self, "--rows takes no SCAN: '%s'", *paths);
+  if (r->cutoff && strcmp(r->cutoff, "auto") == 0)
+    r->cutoff_um = HETAB_CUTOFF_AUTO;
+  else if (r->cutoff && !(cli_number(r->cutoff, &r->cutoff_um) && r->cutoff_um > 0))
+    return cli_usage(self, "--cutoff: '%s' is neither a length in um nor auto", r->cutoff);
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; outputs[i] && j < i; j++)
+      if (outputs[j] && cli_same_file(outputs[i], outputs[j]))
+        return cli_usage(self, "two outputs would both be %s", outputs[i]);
+  for (; *paths; paths++)
+    for (int i = 0; i < 3; i++)
+      if (outputs[i] && cli_same_file(*paths, outputs[i]))
+        return cli_usage(self, "%s is an input: choose another name for the output", outputs[i]);
+  if (r->surface && !r->index)
+    return cli_usage(self, "--surface needs --index: what the surface is made of");
+  return -1;
+}
+
+static int run(const cli_command *self, int argc, char **argv) {
+  request r = {.outlier = 6, .wavelength_nm = 700};
+  int first;
+  const cli_option options[] = {
+      {CLI_TEXT, "cutoff", 0, "UM|auto",
+       "separate the small scale with an ISO 16610-21 Gaussian filter of this cut-off; auto: the "
+       "one with the largest sigma / tau, with the cut-offs tried",
+       &r.cutoff, 0, 0},
+      {CLI_NUMBER, "spacing", 0, "UM", "between heights, for text without x and maps without sizes",
+       &r.spacing_um, 1e-6, 1e4},
+      {CLI_TEXT, "unit", 0, "UNIT", "nm, um, mm or m: of text whose header names no unit", &r.unit,
+       0, 0},
+      {CLI_NUMBER, "resample", 0, "UM",
+       "interpolate unequally spaced heights linearly, this far apart", &r.resample_um, 1e-6, 1e4},
+      {CLI_CHOICE, "level", 0, "fit|none",
+       "subtract the least-squares line of a scan, plane of a map (fit)", &r.level, 0, 0},
+      {CLI_NUMBER, "outliers", 0, "K",
+       "leave out heights further than K robust standard deviations from the median of the 7 about "
+       "them (6; 0: keep all)",
+       &r.outlier, 0, 1e9},
+      {CLI_NUMBER, "wavelength", 0, "NM", "that the radius of curvature is judged against (700)",
+       &r.wavelength_nm, 1, 1e6},
+      {CLI_TEXT, "csv", 0, "FILE", "write FILE, a row per scan and component with all errors",
+       &r.csv, 0, 0},
+      {CLI_TEXT, "html", 0, "FILE", "write FILE, a page with tables and plots", &r.html, 0, 0},
+      {CLI_TEXT, "surface", 0, "FILE",
+       "write FILE, a surface for 'hetab tabulate', with the bounds as comments", &r.surface, 0, 0},
+      {CLI_TEXT, "index", 0, "INDEX", "of that surface: a metal, a file, or N,K", &r.index, 0, 0},
+      {CLI_TEXT, "rows", 0, "FILE",
+       "instead of scans: check the summary of a published table. CSV: a header, a row per scan, "
+       "rows named average, deviation, non-uniformity. Exit status 3: one differs",
+       &r.rows, 0, 0},
+      {CLI_FLAG, "force", 'f', NULL, "overwrite files", &r.force, 0, 0},
+      {CLI_FLAG, "quiet", 'q', NULL, "print neither results nor progress", &r.quiet, 0, 0},
+      {CLI_FLAG, "json", 0, NULL,
+       "print JSON: {version, scans: [{name, points, spacing_um, missing, outliers}], cutoff_um, "
+       "raw and small: {sigma_um, tau_um, slope, rms_slope, skewness, kurtosis: {average, "
+       "deviation, error, interval}, non_uniformity, normal_distance, misfit_gaussian, "
+       "misfit_exponential, lag_step_um, correlation, histogram, scans: [{scan, points, length_um, "
+       "sigma_um ...: {value, error}, independent ...}]}, cutoff_scan: {trials: [{cutoff_um, "
+       "sigma_um, tau_um, slope, smooth}], sigma_um, tau_um, misfit, from_fit}, curvature_um, "
+       "notes}; with --rows {version, rows, columns: [{name, average, deviation, non_uniformity: "
+       "{value, stated, agrees}}]}",
+       &r.json, 0, 0},
+      {0},
+  };
+  int status = cli_parse_options(self, options, argc, argv, &first);
+  if (status < 0)
+    status = check_request(self, &r, argv + first);
+  return status < 0 ? start(&r, argv + first, (size_t)(argc - first)) : status;
+}
+
+const cli_command cli_roughness = {
+    .name = "roughness",
+    .arguments = "SCAN...",
+    .summary = "sigma0 and tau of measured heights, with their errors",
+    .description =
+        "SCAN is a height scan or map: text or CSV whose header names columns and units "
+        "(x_um,z_nm; "
+        "every z column is a scan), a text map with '# Width:', '# Height:' and '# Value units:', "
+        "X3P (ISO 5436-2) or ASCII SDF (ISO 25178-71). A map gives a scan per row and per column. "
+        "Missing heights and outliers are left out and counted.\n\n"
+        "Prints, per scan and over the scans, unfiltered and with --cutoff behind the filter: "
+        "sigma "
+        "(rms height), tau (where the autocorrelation falls to 1/e), sigma / tau (the slope of the "
+        "model), the rms slope (another quantity, of first differences), skewness and kurtosis; "
+        "averages with standard errors and 95 % intervals that allow for the finite length, the "
+        "non-uniformity, and what speaks against the model's assumptions.\n\n"
+        "The filter takes part of the small scale too: of a surface with tau 5.6 um a 30 um "
+        "cut-off leaves less than a third of the variance, but 96 % of sigma / tau.",
+    .run = run,
+};

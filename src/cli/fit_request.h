@@ -1,0 +1,21 @@
+/* What the fit command is asked for. */
+#ifndef HETAB_CLI_FIT_REQUEST_H
+#define HETAB_CLI_FIT_REQUEST_H
+
+#include <hetab/hetab.h>
+#include "options.h"
+
+typedef struct fit_request {
+  const char *measurements, *free, *index, *wavelengths, *theta_i;
+  const char *surface, *csv, *points, *html, *device;
+  cli_list bounds;
+  int weights, constraint, precision, per_wavelength, force, quiet, json;
+  size_t seed;
+  hetab_fit_options options;
+} fit_request;
+
+/* As cli_parse_options; and whether it makes sense, once measurements is set. */
+int fit_parse(const cli_command *self, int argc, char **argv, fit_request *r, int *first);
+int fit_check(const cli_command *self, fit_request *r);
+
+#endif

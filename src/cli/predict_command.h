@@ -1,0 +1,24 @@
+/* The predict command's result, shared by what computes it and what reports it. */
+#ifndef HETAB_CLI_PREDICT_COMMAND_H
+#define HETAB_CLI_PREDICT_COMMAND_H
+
+#include <stdio.h>
+#include <hetab/hetab.h>
+
+typedef struct predict_report {
+  const hetab_surface *surface;
+  const hetab_measurements *measurements; /* NULL: none */
+  const hetab_prediction *prediction;
+  size_t theta_i_count, lambda_count; /* of the prediction's curves */
+  double accuracy;
+} predict_report;
+
+/* The delta of a rough surface is e^-g: what float leaves of it at 1e-40 is nothing. */
+static inline double predict_shown(double rho_s) {
+  return rho_s < 1e-30 ? 0 : rho_s;
+}
+
+/* One self-contained page. */
+void predict_html(FILE *stream, const predict_report *report);
+
+#endif

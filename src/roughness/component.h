@@ -1,0 +1,19 @@
+/* The statistics of all scans, raw or behind the filter, and their averages. */
+#ifndef HETAB_ROUGHNESS_COMPONENT_H
+#define HETAB_ROUGHNESS_COMPONENT_H
+
+#include "roughness/scan_list.h"
+
+/* cutoff_um 0: raw. Scans that have too little left are not in the component; a component may come
+ * out with none. */
+hetab_status hetab_component_measure(hetab_context *ctx, const hetab_scan_list *list,
+                                     double cutoff_um, hetab_component *component);
+
+/* The 97.5 % quantile of Student's t, for a 95 % interval; freedom >= 1. */
+double hetab_student_quantile(double freedom);
+
+/* Of `count` estimates that lie `bytes` apart, worth `independent` independent ones. */
+hetab_average hetab_average_of(const hetab_estimate *first, size_t count, size_t bytes,
+                               double independent);
+
+#endif

@@ -1,0 +1,210 @@
+#include "roughness/heights.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include "surface/number.h"
+#include "surface/text.h"
+
+static const size_t most_bytes = (size_t)1 << 30;
+
+/* ---- handles ------------------------------------------------------------------------------- */
+
+hetab_status hetab_heights_new(hetab_context *ctx, const char *name, size_t columns, size_t rows,
+                               hetab_heights **out) {
+  *out = NULL;
+  if (columns < 2 || rows < 1 || columns > HETAB_MOST_HEIGHTS / rows)
+    return hetab_fail(ctx, HETAB_ERR_RANGE,
+                      "%s: %zu x %zu heights: a scan has at least 2, and all together at most 2^27",
+                      name, columns, rows);
+  hetab_heights *heights = hetab_alloc(ctx, 1, sizeof *heights);
+  if (!heights)
+    return HETAB_ERR_MEMORY;
+  heights->name = strdup(name);
+  heights->z_um = hetab_alloc(ctx, columns * rows, sizeof *heights->z_um);
+  heights->columns = columns;
+  heights->rows = rows;
+  if (!heights->name || !heights->z_um) {
+    hetab_heights_free(heights);
+    return hetab_fail(ctx, HETAB_ERR_MEMORY, "%s: out of memory for %zu x %zu heights", name,
+                      columns, rows);
+  }
+  *out = heights;
+  return HETAB_OK;
+}
+
+static hetab_status check_spacing(hetab_context *ctx, const char *name, double spacing_um) {
+  if (spacing_um >= 1e-6 && spacing_um <= 1e4)
+    return HETAB_OK;
+  return hetab_fail(
+      ctx, HETAB_ERR_RANGE,
+      "%s: a spacing of %g um: it has to be from 1e-6 to 1e4 um; are the units right?", name,
+      spacing_um);
+}
+
+/* What a reader leaves: spacings in range, heights finite or NaN, and not beyond a metre. */
+static hetab_status check_heights(hetab_context *ctx, const hetab_heights *h) {
+  HETAB_TRY(check_spacing(ctx, h->name, h->spacing_um));
+  if (h->kind == HETAB_HEIGHTS_MAP)
+    HETAB_TRY(check_spacing(ctx, h->name, h->spacing_y_um));
+  for (size_t i = 0; i < h->rows * h->columns; i++)
+    if (fabs(h->z_um[i]) > 1e6)
+      return hetab_fail(ctx, HETAB_ERR_RANGE,
+                        "%s: row %zu, point %zu: a height of %g um is no roughness; are the units "
+                        "right?",
+                        h->name, i / h->columns + 1, i % h->columns + 1, h->z_um[i]);
+  return HETAB_OK;
+}
+
+static hetab_status keep_checked(hetab_context *ctx, hetab_status status, hetab_heights **out) {
+  if (status == HETAB_OK)
+    status = check_heights(ctx, *out);
+  if (status != HETAB_OK) {
+    hetab_heights_free(*out);
+    *out = NULL;
+  }
+  return status;
+}
+
+hetab_status hetab_heights_create(hetab_context *ctx, const char *name, hetab_heights_kind kind,
+                                  const double *z_um, size_t columns, size_t rows,
+                                  double spacing_um, double spacing_y_um, hetab_heights **out) {
+  HETAB_TRY(hetab_heights_new(ctx, name, columns, rows, out));
+  hetab_heights *h = *out;
+  h->kind = kind;
+  h->spacing_um = spacing_um;
+  h->spacing_y_um = kind == HETAB_HEIGHTS_MAP ? spacing_y_um : 0;
+  for (size_t i = 0; i < rows * columns; i++)
+    h->z_um[i] = isfinite(z_um[i]) ? z_um[i] : (double)NAN;
+  return keep_checked(ctx, HETAB_OK, out);
+}
+
+void hetab_heights_free(hetab_heights *heights) {
+  if (!heights)
+    return;
+  free(heights->name);
+  free(heights->z_um);
+  free(heights);
+}
+
+const char *hetab_heights_name(const hetab_heights *heights) {
+  return heights->name;
+}
+
+hetab_heights_kind hetab_heights_kind_of(const hetab_heights *heights) {
+  return heights->kind;
+}
+
+size_t hetab_heights_columns(const hetab_heights *heights) {
+  return heights->columns;
+}
+
+size_t hetab_heights_rows(const hetab_heights *heights) {
+  return heights->rows;
+}
+
+double hetab_heights_spacing_um(const hetab_heights *heights) {
+  return heights->spacing_um;
+}
+
+double hetab_heights_spacing_y_um(const hetab_heights *heights) {
+  return heights->spacing_y_um;
+}
+
+const double *hetab_heights_z_um(const hetab_heights *heights) {
+  return heights->z_um;
+}
+
+/* ---- text ---------------------------------------------------------------------------------- */
+
+double hetab_length_unit(const char *text) {
+  static const struct {
+    const char *name;
+    double um;
+  } units[] = {{"pm", 1e-6},   {"A", 1e-4},   {"nm", 1e-3}, {"um", 1},   {"\u00b5m", 1},
+               {"\u03bcm", 1}, {"micron", 1}, {"mm", 1e3},  {"cm", 1e4}, {"m", 1e6}};
+  for (size_t i = 0; i < sizeof units / sizeof *units; i++)
+    if (strcmp(text, units[i].name) == 0)
+      return units[i].um;
+  return 0;
+}
+
+bool hetab_height_parse(const char *text, double *value) {
+  static const char *const missing[] = {"", "nan", "bad", "-", "inf", "-inf", "null", "na", "---"};
+  for (size_t i = 0; i < sizeof missing / sizeof *missing; i++)
+    if (strcasecmp(text, missing[i]) == 0) {
+      *value = NAN;
+      return true;
+    }
+  return hetab_number_parse(text, value) && isfinite(*value);
+}
+
+/* ---- files --------------------------------------------------------------------------------- */
+
+static hetab_status read_file(hetab_context *ctx, const char *path, FILE *file, char **text) {
+  size_t capacity = 0, used = 0;
+  char *bytes = NULL;
+  do {
+    capacity = capacity ? 2 * capacity : (size_t)1 << 20;
+    char *larger = realloc(bytes, capacity);
+    if (!larger) {
+      free(bytes);
+      return hetab_fail(ctx, HETAB_ERR_MEMORY, "%s: out of memory for %zu bytes", path, capacity);
+    }
+    bytes = larger;
+    used += fread(bytes + used, 1, capacity - used - 1, file);
+  } while (used == capacity - 1 && used < most_bytes);
+  if (ferror(file) || used >= most_bytes || memchr(bytes, 0, used)) {
+    int error = errno, failed = ferror(file);
+    free(bytes);
+    if (failed)
+      return hetab_fail(ctx, HETAB_ERR_IO, "%s: cannot read: %s: check the path", path,
+                        strerror(error));
+    return hetab_fail(ctx, HETAB_ERR_PARSE,
+                      "%s: neither X3P, nor SDF, nor text below 1 GiB: export the scan as one of "
+                      "them",
+                      path);
+  }
+  bytes[used] = '\0';
+  *text = bytes;
+  return HETAB_OK;
+}
+
+static bool starts(const char *text, const char *with) {
+  return strncmp(text, with, strlen(with)) == 0;
+}
+
+static hetab_status read_by_content(hetab_context *ctx, const char *path, FILE *file,
+                                    const hetab_heights_options *options, hetab_heights **out) {
+  char head[5] = "", *text = NULL;
+  size_t got = fread(head, 1, 4, file);
+  if (starts(head, "PK\3\4"))
+    return hetab_scan_x3p(ctx, path, options, out);
+  if (starts(head, "bISO") || starts(head, "bBCR"))
+    return hetab_fail(ctx, HETAB_ERR_UNSUPPORTED, "%s: binary SDF: export the scan as ASCII SDF",
+                      path);
+  if (got)
+    rewind(file);
+  HETAB_TRY(read_file(ctx, path, file, &text));
+  hetab_status status = starts(text, "aISO") || starts(text, "aBCR")
+                            ? hetab_scan_sdf(ctx, path, text, out)
+                            : hetab_scan_text(ctx, path, text, options, out);
+  free(text);
+  return status;
+}
+
+hetab_status hetab_heights_load(hetab_context *ctx, const char *path,
+                                const hetab_heights_options *options, hetab_heights **out) {
+  *out = NULL;
+  static const hetab_heights_options none;
+  FILE *file = fopen(path, "rbe");
+  if (!file)
+    return hetab_fail(ctx, HETAB_ERR_IO, "%s: cannot open: %s: check the path", path,
+                      strerror(errno));
+  hetab_status status = read_by_content(ctx, path, file, options ? options : &none, out);
+  fclose(file);
+  return keep_checked(ctx, status, out);
+}

@@ -1,0 +1,10 @@
+/* MD5 (RFC 1321), the checksum of X3P files. */
+#ifndef HETAB_ROUGHNESS_MD5_H
+#define HETAB_ROUGHNESS_MD5_H
+
+#include <stddef.h>
+
+/* 32 lower-case hexadecimal digits and a NUL. */
+void hetab_md5(const void *data, size_t size, char digest[33]);
+
+#endif

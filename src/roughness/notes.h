@@ -1,0 +1,12 @@
+/* Sentences about the assumptions of the model that a surface does not keep. */
+#ifndef HETAB_ROUGHNESS_NOTES_H
+#define HETAB_ROUGHNESS_NOTES_H
+
+#include <hetab/roughness.h>
+#include "core/context.h"
+
+/* Fills notes, note_count and curvature_um. */
+hetab_status hetab_roughness_notes(hetab_context *ctx, hetab_roughness *roughness,
+                                   double wavelength_um);
+
+#endif

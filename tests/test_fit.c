@@ -1,0 +1,776 @@
+/* Fits of measurements that the printed equations made: what was put in has to come out, the
+ * constraint has to hold, and what the measurements do not say must not be said. */
+#include "golden_support.h"
+
+enum { PRESETS = 5, STARTS = 30, TRIALS = 60 };
+
+static hetab_engine *series_engine(hetab_context *ctx) {
+  return new_engine(ctx, HETAB_DOUBLE, HETAB_METHOD_SERIES, 0);
+}
+
+/* ---- synthetic measurements ------------------------------------------------------------------ */
+
+typedef struct truth {
+  double sigma0_um, tau_um;
+  hetab_index *index;
+  double diffuse[8]; /* reflectance, by wavelength */
+  double noise;      /* relative */
+  uint64_t seed;
+} truth;
+
+static const double incidences[] = {10, 30, 50, 65};
+enum { INCIDENCES = 4, VIEWS = 81, PAIRS = INCIDENCES * VIEWS };
+
+static double normal(uint64_t *state) {
+  return sqrt(-2 * log(uniform(state, 1e-12, 1))) * cos(uniform(state, 0, 2 * M_PI));
+}
+
+/* Four incidences in the plane, theta_r -80 to 80 degrees in steps of 2. */
+static void fill_pairs(hetab_pair_of_directions *pairs) {
+  for (size_t t = 0; t < INCIDENCES; t++)
+    for (size_t v = 0; v < VIEWS; v++) {
+      double theta_r = -80 + 2 * (double)v;
+      pairs[t * VIEWS + v] = (hetab_pair_of_directions){
+          incidences[t] * M_PI / 180, fabs(theta_r) * M_PI / 180, theta_r > 0 ? M_PI : 0};
+    }
+}
+
+static double literal_at(hetab_context *ctx, const truth *t, double lambda_um,
+                         const hetab_pair_of_directions *pair) {
+  hetab_point point = {.lambda_um = lambda_um,
+                       .theta_i = pair->theta_i,
+                       .theta_r = pair->theta_r,
+                       .phi = pair->phi,
+                       .sigma0_um = t->sigma0_um,
+                       .tau_um = t->tau_um};
+  hetab_value value;
+  assert_ok(ctx, hetab_index_at(ctx, t->index, lambda_um, 0, &point.n, &point.k));
+  assert_ok(ctx, hetab_evaluate_literal(ctx, &point, 1, &value));
+  return value.dd;
+}
+
+static hetab_measurements *measure_pairs(hetab_context *ctx, const truth *t,
+                                         const double *lambda_um, size_t bands,
+                                         const hetab_pair_of_directions *pairs, size_t count) {
+  uint64_t state = t->seed + 1;
+  double *values = calloc(count * bands, sizeof *values);
+  hetab_measurements *m;
+  for (size_t i = 0; i < count * bands; i++) {
+    double f = literal_at(ctx, t, lambda_um[i % bands], &pairs[i / bands]);
+    values[i] = fmax((f + t->diffuse[i % bands] / M_PI) * (1 + t->noise * normal(&state)), 0);
+  }
+  assert_ok(ctx, hetab_measurements_create(ctx, lambda_um, bands, pairs, count, values, &m));
+  free(values);
+  return m;
+}
+
+static hetab_measurements *measure(hetab_context *ctx, const truth *t, const double *lambda_um,
+                                   size_t bands) {
+  hetab_pair_of_directions pairs[PAIRS];
+  fill_pairs(pairs);
+  return measure_pairs(ctx, t, lambda_um, bands, pairs, PAIRS);
+}
+
+static const double green_um = 0.55;
+
+/* A preset of the report's surfaces with a = 0.05 and 2 % noise. */
+static truth preset_truth(hetab_context *ctx, size_t i) {
+  hetab_surface *surface;
+  truth t = {.diffuse = {0.05}, .noise = 0.02, .seed = i};
+  assert_ok(ctx, hetab_surface_preset(ctx, hetab_preset_name(i), &surface));
+  t.sigma0_um = hetab_surface_sigma0_um(surface);
+  t.tau_um = hetab_surface_tau_um(surface);
+  hetab_surface_free(surface);
+  assert_ok(ctx, hetab_index_metal(ctx, "Al", &t.index));
+  return t;
+}
+
+/* Free slope and a, the true tau given. */
+static hetab_fit_options slope_and_a(const truth *t) {
+  hetab_fit_options o = {.index = t->index, .constraint = HETAB_FIT_UNCONSTRAINED};
+  o.parameters[HETAB_FIT_SLOPE].free = 1;
+  o.parameters[HETAB_FIT_TAU].value = t->tau_um;
+  o.parameters[HETAB_FIT_DIFFUSE].free = 1;
+  return o;
+}
+
+static hetab_fit *fit_of(hetab_context *ctx, hetab_engine *engine, const hetab_measurements *m,
+                         const hetab_fit_options *options) {
+  hetab_fit *fit;
+  assert_ok(ctx, hetab_fit_create(ctx, engine, m, options, &fit));
+  return fit;
+}
+
+static const hetab_fit_estimate *diffuse_of(const hetab_fit *fit) {
+  return &fit->estimates[fit->estimate_count - 1];
+}
+
+static int says(const hetab_fit *fit, const char *words) {
+  for (size_t i = 0; i < fit->note_count; i++)
+    if (strstr(fit->notes[i], words))
+      return 1;
+  return 0;
+}
+
+/* ---- what was put in comes out ----------------------------------------------------------------
+ */
+
+static void check_starts(const hetab_fit *fit, size_t starts) {
+  size_t counted = 0;
+  for (size_t i = 0; i < fit->start_count; i++) {
+    counted += !fit->starts[i].probe;
+    assert_true(fit->starts[i].best || fit->starts[i].probe);
+    if (!fit->starts[i].probe)
+      assert_true(relative_error(fit->starts[i].end[HETAB_FIT_SLOPE], fit->slope) < TOL_FIT_STARTS);
+  }
+  assert_int_equal(counted, starts);
+}
+
+/* Energy weights leave `a` of the smooth NGGAL, 0.05 beside a peak of 140 / sr with 2 % noise, to
+ * within 0.1 only; its interval has to say so. Relative weights give it. */
+static void check_preset(hetab_context *ctx, hetab_engine *engine, size_t i,
+                         hetab_fit_weights weights) {
+  truth t = preset_truth(ctx, i);
+  hetab_measurements *m = measure(ctx, &t, &green_um, 1);
+  hetab_fit_options o = slope_and_a(&t);
+  o.weights = weights;
+  o.starts = STARTS;
+  hetab_fit *fit = fit_of(ctx, engine, m, &o);
+  const hetab_fit_estimate *a = diffuse_of(fit);
+  assert_int_equal(fit->stop, HETAB_FIT_STOP_TOLERANCE);
+  assert_int_equal(fit->ambiguous, 0);
+  check_starts(fit, STARTS);
+  assert_below(hetab_preset_name(i), relative_error(fit->slope, t.sigma0_um / t.tau_um),
+               TOL_FIT_SLOPE);
+  if (weights == HETAB_FIT_WEIGHTS_ENERGY && strcmp(hetab_preset_name(i), "NGGAL") == 0)
+    assert_true(a->low <= 0.05 && a->high >= 0.05 && a->high - a->low > TOL_FIT_DIFFUSE);
+  else
+    assert_below("a", fabs(a->value - 0.05), TOL_FIT_DIFFUSE);
+  assert_true(fit->error > 0.015 && fit->error < 0.025);
+  hetab_fit_free(fit);
+  hetab_measurements_free(m);
+  hetab_index_free(t.index);
+}
+
+static void test_presets(void **state) {
+  hetab_engine *engine = series_engine(*state);
+  for (size_t i = 0; i < PRESETS; i++) {
+    check_preset(*state, engine, i, HETAB_FIT_WEIGHTS_ENERGY);
+    check_preset(*state, engine, i, HETAB_FIT_WEIGHTS_RELATIVE);
+  }
+  hetab_engine_free(engine);
+}
+
+/* Thirty fits of one random start each, the constraint off and on. */
+static void test_single_starts(void **state) {
+  hetab_context *ctx = *state;
+  hetab_engine *engine = series_engine(ctx);
+  for (size_t i = 0; i < PRESETS; i++) {
+    truth t = preset_truth(ctx, i);
+    hetab_measurements *m = measure(ctx, &t, &green_um, 1);
+    hetab_fit_options o = slope_and_a(&t);
+    double slope = 0, a = 0, worst = 0, worst_a = 0;
+    o.starts = 1;
+    for (size_t s = 0; s < STARTS; s++) {
+      o.seed = 1000 * i + s;
+      hetab_fit *fit = fit_of(ctx, engine, m, &o);
+      slope = s ? slope : fit->slope;
+      a = s ? a : diffuse_of(fit)->value;
+      worst = fmax(worst, relative_error(fit->slope, slope));
+      worst_a = fmax(worst_a, fabs(diffuse_of(fit)->value - a));
+      hetab_fit_free(fit);
+    }
+    assert_below("slope between starts", worst, TOL_FIT_STARTS);
+    assert_below("a between starts", worst_a, TOL_FIT_STARTS);
+    hetab_measurements_free(m);
+    hetab_index_free(t.index);
+  }
+  hetab_engine_free(engine);
+}
+
+/* Three wavelengths with a diffuse part each, and one for all. */
+static void test_wavelengths(void **state) {
+  hetab_context *ctx = *state;
+  hetab_engine *engine = series_engine(ctx);
+  const double lambda_um[] = {0.7, 0.45, 0.55}; /* in any order */
+  truth t = {1, 5, NULL, {0.3, 0.1, 0.2}, 0.02, 1};
+  assert_ok(ctx, hetab_index_constant(ctx, 1.5, 0, &t.index));
+  hetab_measurements *m = measure(ctx, &t, lambda_um, 3);
+  hetab_fit_options o = slope_and_a(&t);
+  hetab_fit *fit = fit_of(ctx, engine, m, &o);
+  const double expected[] = {0.1, 0.2, 0.3};
+  assert_int_equal(fit->bands, 3);
+  for (size_t b = 0; b < 3; b++) {
+    const hetab_fit_estimate *e = &fit->estimates[3 + b];
+    assert_below("a of a wavelength", fabs(e->value - expected[b]), 0.005);
+    assert_true(e->lambda_um == fit->lambda_um[b] && e->value == fit->diffuse[b]);
+    assert_true(fit->lambda_um[b] == lambda_um[fit->band_of[b]]);
+    assert_true(hetab_surface_bands(fit->surface)[b].diffuse_brdf == fit->diffuse[b] / M_PI);
+  }
+  assert_below("slope", relative_error(fit->slope, 0.2), 0.005);
+  hetab_fit_free(fit);
+  o.one_diffuse = 1;
+  fit = fit_of(ctx, engine, m, &o);
+  assert_int_equal(fit->estimate_count, 4);
+  assert_true(diffuse_of(fit)->lambda_um == 0 && fit->error > 0.05);
+  assert_true(fit->diffuse[0] == fit->diffuse[2] && fabs(fit->diffuse[0] - 0.2) < 0.05);
+  hetab_fit_free(fit);
+  hetab_measurements_free(m);
+  hetab_index_free(t.index);
+  hetab_engine_free(engine);
+}
+
+/* sigma0 and n of a dielectric, tau given; and by logarithms. */
+static void test_index(void **state) {
+  hetab_context *ctx = *state;
+  hetab_engine *engine = series_engine(ctx);
+  truth t = {1, 5, NULL, {0.02}, 0.02, 1};
+  assert_ok(ctx, hetab_index_constant(ctx, 1.6, 0, &t.index));
+  hetab_measurements *m = measure(ctx, &t, &green_um, 1);
+  for (int w = HETAB_FIT_WEIGHTS_ENERGY; w <= HETAB_FIT_WEIGHTS_LOG; w++) {
+    hetab_fit_options o = slope_and_a(&t);
+    o.weights = (hetab_fit_weights)w;
+    o.parameters[HETAB_FIT_SLOPE].free = 0;
+    o.parameters[HETAB_FIT_SIGMA0].free = 1;
+    o.parameters[HETAB_FIT_N].free = 1;
+    hetab_fit *fit = fit_of(ctx, engine, m, &o);
+    assert_below("sigma0", relative_error(fit->sigma0_um, 1), 0.02);
+    assert_below("n", fabs(fit->estimates[3].value - 1.6), 0.02);
+    assert_below("a", fabs(diffuse_of(fit)->value - 0.02), 0.005);
+    assert_true(hetab_surface_bands(fit->surface)->n == fit->estimates[3].value);
+    hetab_fit_free(fit);
+  }
+  hetab_measurements_free(m);
+  hetab_index_free(t.index);
+  hetab_engine_free(engine);
+}
+
+/* Without noise, both optimisers and both precisions find the truth. */
+static void test_exact(void **state) {
+  hetab_context *ctx = *state;
+  truth t = preset_truth(ctx, 0);
+  t.noise = 0;
+  hetab_measurements *m = measure(ctx, &t, &green_um, 1);
+  for (int k = 0; k < 4; k++) {
+    hetab_engine *engine =
+        new_engine(ctx, k & 1 ? HETAB_FLOAT : HETAB_DOUBLE, HETAB_METHOD_SERIES, 0);
+    hetab_fit_options o = slope_and_a(&t);
+    o.derivative_free = k / 2;
+    hetab_fit *fit = fit_of(ctx, engine, m, &o);
+    assert_below(k & 1 ? "float" : "double", relative_error(fit->slope, t.sigma0_um / t.tau_um),
+                 k & 1 ? TOL_FIT_EXACT_FLOAT : TOL_FIT_EXACT_DOUBLE);
+    hetab_fit_free(fit);
+    hetab_engine_free(engine);
+  }
+  hetab_measurements_free(m);
+  hetab_index_free(t.index);
+}
+
+/* ---- the objective ----------------------------------------------------------------------------
+ */
+
+/* E of the header's formula, from the result's model values; the rings of the test's views are at
+ * 0, 2, ..., 80 degrees, two views on each but the first. */
+static double energy_error(const hetab_fit *fit, const hetab_measurements *m) {
+  double squares = 0, scale = 0;
+  for (size_t i = 0; i < PAIRS; i++) {
+    const hetab_pair_of_directions *p = &hetab_measurements_pairs(m)[i];
+    double r = p->theta_r * 180 / M_PI, f = hetab_measurements_values(m)[i];
+    double below = r < 1 ? 0 : r - 1, above = r > 79 ? 90 : r + 1;
+    double omega = 2 * M_PI * (cos(below * M_PI / 180) - cos(above * M_PI / 180)) / (r < 1 ? 1 : 2);
+    double w = cos(p->theta_i) * cos(p->theta_r) * omega;
+    squares += w * (fit->model[i] - f) * (fit->model[i] - f);
+    scale += w * f * f;
+  }
+  return sqrt(squares / scale);
+}
+
+static void test_objective(void **state) {
+  hetab_context *ctx = *state;
+  hetab_engine *engine = series_engine(ctx);
+  truth t = preset_truth(ctx, 1);
+  hetab_measurements *m = measure(ctx, &t, &green_um, 1);
+  hetab_fit_options o = slope_and_a(&t);
+  hetab_fit *fit = fit_of(ctx, engine, m, &o);
+  double slope = fit->slope, error = fit->error;
+  assert_below("E", relative_error(error, energy_error(fit, m)), 1e-9);
+  for (size_t i = 0; i < PAIRS; i++) {
+    truth fitted = {fit->sigma0_um, fit->tau_um, t.index, {0}, 0, 0};
+    double f = literal_at(ctx, &fitted, green_um, &hetab_measurements_pairs(m)[i]) +
+               diffuse_of(fit)->value / M_PI;
+    assert_true(relative_error(fit->model[i], f) < 1e-8 && fit->used[i] == 1);
+  }
+  hetab_fit_free(fit);
+  o.parameters[HETAB_FIT_SLOPE].free = 0; /* slopes beside the answer are worse */
+  for (int side = -1; side <= 1; side += 2) {
+    o.parameters[HETAB_FIT_SLOPE].value = slope * (1 + 1e-3 * side);
+    fit = fit_of(ctx, engine, m, &o);
+    assert_true(fit->error > error && fit->error < 1.01 * error);
+    hetab_fit_free(fit);
+  }
+  hetab_measurements_free(m);
+  hetab_index_free(t.index);
+  hetab_engine_free(engine);
+}
+
+/* What is used: incidences, the plane, the mirror's neighbourhood, at most so many. */
+static void test_selection(void **state) {
+  hetab_context *ctx = *state;
+  hetab_engine *engine = series_engine(ctx);
+  truth t = preset_truth(ctx, 0);
+  hetab_measurements *m = measure(ctx, &t, &green_um, 1);
+  const double chosen[] = {30, 65};
+  hetab_fit_options o = slope_and_a(&t);
+  o.theta_i_deg = chosen;
+  o.theta_i_count = 2;
+  o.plane = 1;
+  o.exclude_mirror_deg = 4.5;
+  hetab_fit *fit = fit_of(ctx, engine, m, &o);
+  assert_int_equal(fit->incidence_count, 2);
+  assert_true(fabs(fit->incidences[1].theta_i_deg - 65) < 1e-9);
+  /* 26 to 34 degrees of the one, 62 to 68 of the other */
+  assert_int_equal(fit->used_pairs, 2 * VIEWS - 5 - 4);
+  for (size_t i = 0; i < PAIRS; i++)
+    assert_int_equal(fit->used[i] && i / VIEWS != 1 && i / VIEWS != 3, 0);
+  hetab_fit_free(fit);
+  o = slope_and_a(&t);
+  o.max_points = 100;
+  fit = fit_of(ctx, engine, m, &o);
+  assert_true(fit->used_pairs == 100 && fit->thinned == PAIRS - 100);
+  assert_true(says(fit, "left out evenly"));
+  hetab_fit_free(fit);
+  hetab_measurements_free(m);
+  hetab_index_free(t.index);
+  hetab_engine_free(engine);
+}
+
+/* ---- the constraint ---------------------------------------------------------------------------
+ */
+
+/* By the reflectances' own function, at every incidence of the fit. */
+static double least_margin(hetab_context *ctx, hetab_engine *engine, const hetab_fit *fit) {
+  double least = HUGE_VAL;
+  hetab_reflectance r[8];
+  for (size_t t = 0; t < fit->incidence_count; t++) {
+    assert_ok(ctx, hetab_reflectance_dh(ctx, engine, fit->surface, &fit->incidences[t].theta_i_deg,
+                                        1, 0, r));
+    for (size_t b = 0; b < fit->bands; b++)
+      least = fmin(least, (fit->constraint == HETAB_FIT_ENERGY ? 1 : r[b].fresnel) - r[b].dh);
+  }
+  return least;
+}
+
+static void test_constraint(void **state) {
+  hetab_context *ctx = *state;
+  hetab_engine *engine = series_engine(ctx);
+  for (size_t i = 0; i < PRESETS; i++) {
+    truth t = preset_truth(ctx, i);
+    hetab_measurements *m = measure(ctx, &t, &green_um, 1);
+    hetab_fit_options o = slope_and_a(&t);
+    o.constraint = HETAB_FIT_AUTO;
+    o.asked_diffuse = 0.05;
+    hetab_fit *fit = fit_of(ctx, engine, m, &o);
+    double margin = least_margin(ctx, engine, fit);
+    assert_int_equal(fit->constraint, HETAB_FIT_POLISHED);
+    assert_int_equal(fit->stop, HETAB_FIT_STOP_TOLERANCE);
+    assert_true(fit->on_constraint && diffuse_of(fit)->end == HETAB_FIT_END_CONSTRAINT);
+    assert_true(margin >= -TOL_FIT_CONSTRAINT && margin < TOL_FIT_CONSTRAINT);
+    assert_true(fabs(fit->margin - margin) < TOL_FIT_CONSTRAINT);
+    assert_true(diffuse_of(fit)->value < 0.01 && diffuse_of(fit)->wanted > 0.02);
+    assert_true(says(fit, "ends on the constraint") && says(fit, "a = 0.05 (reflectance) would"));
+    assert_below(hetab_preset_name(i), relative_error(fit->slope, t.sigma0_um / t.tau_um),
+                 TOL_FIT_SLOPE);
+    assert_true(fabs(fit->incidences[0].excess + fit->incidences[0].room - 0.05) < 1e-12);
+    check_starts(fit, 4);
+    hetab_fit_free(fit);
+    hetab_measurements_free(m);
+    hetab_index_free(t.index);
+  }
+  hetab_engine_free(engine);
+}
+
+/* More light than there is: ends on rho_dh = 1. */
+static void test_energy(void **state) {
+  hetab_context *ctx = *state;
+  hetab_engine *engine = series_engine(ctx);
+  truth t = {1, 5, NULL, {1.4}, 0.02, 1};
+  assert_ok(ctx, hetab_index_constant(ctx, 1.5, 0, &t.index));
+  hetab_measurements *m = measure(ctx, &t, &green_um, 1);
+  hetab_fit_options o = slope_and_a(&t);
+  o.parameters[HETAB_FIT_DIFFUSE].high = 2;
+  o.constraint = HETAB_FIT_AUTO;
+  hetab_fit *fit = fit_of(ctx, engine, m, &o);
+  assert_int_equal(fit->constraint, HETAB_FIT_ENERGY);
+  assert_true(fit->on_constraint && fabs(fit->margin) < TOL_FIT_CONSTRAINT);
+  assert_true(fabs(least_margin(ctx, engine, fit)) < TOL_FIT_CONSTRAINT);
+  hetab_fit_free(fit);
+  hetab_measurements_free(m);
+  hetab_index_free(t.index);
+  hetab_engine_free(engine);
+}
+
+/* The model of a smooth dielectric exceeds the polished bound by itself: the slope is held. Where
+ * the bounds leave nothing else, there is no result. */
+static void test_held_slope(void **state) {
+  hetab_context *ctx = *state;
+  hetab_engine *engine = series_engine(ctx);
+  truth t = {0.4, 5, NULL, {0}, 0.02, 1};
+  assert_ok(ctx, hetab_index_constant(ctx, 1.5, 0, &t.index));
+  hetab_measurements *m = measure(ctx, &t, &green_um, 1);
+  hetab_fit_options o = slope_and_a(&t);
+  o.constraint = HETAB_FIT_POLISHED;
+  hetab_fit *fit = fit_of(ctx, engine, m, &o);
+  assert_true(fit->on_constraint && fit->slope > 0.1);
+  assert_int_equal(fit->estimates[HETAB_FIT_SLOPE].end, HETAB_FIT_END_CONSTRAINT);
+  assert_true(least_margin(ctx, engine, fit) >= -TOL_FIT_CONSTRAINT);
+  hetab_fit_free(fit);
+  o.parameters[HETAB_FIT_SLOPE].low = 0.05;
+  o.parameters[HETAB_FIT_SLOPE].high = 0.1;
+  fit = fit_of(ctx, engine, m, &o);
+  assert_int_equal(fit->stop, HETAB_FIT_STOP_INFEASIBLE);
+  assert_true(says(fit, "No result") && !fit->surface);
+  hetab_fit_free(fit);
+  hetab_measurements_free(m);
+  hetab_index_free(t.index);
+  hetab_engine_free(engine);
+}
+
+/* ---- what the measurements do not say ---------------------------------------------------------
+ */
+
+/* At g = 27000 the lobes are those of the slope; sigma0 and tau apart are nowhere in them. */
+static void test_undetermined(void **state) {
+  hetab_context *ctx = *state;
+  hetab_engine *engine = series_engine(ctx);
+  truth t = preset_truth(ctx, 0);
+  t.sigma0_um *= 10;
+  t.tau_um *= 10;
+  hetab_measurements *m = measure(ctx, &t, &green_um, 1);
+  hetab_fit_options o = slope_and_a(&t);
+  o.parameters[HETAB_FIT_SLOPE].free = 0;
+  o.parameters[HETAB_FIT_SIGMA0].free = 1;
+  o.parameters[HETAB_FIT_TAU] = (hetab_fit_parameter){.free = 1, .low = 1, .high = 200};
+  o.parameters[HETAB_FIT_SIGMA0].high = 30;
+  o.parameters[HETAB_FIT_SIGMA0].low = 0.1;
+  o.weights = HETAB_FIT_WEIGHTS_RELATIVE;
+  hetab_fit *fit = fit_of(ctx, engine, m, &o);
+  assert_true(fit->estimates[HETAB_FIT_SIGMA0].undetermined);
+  assert_true(fit->estimates[HETAB_FIT_TAU].undetermined);
+  assert_true(fit->estimates[HETAB_FIT_TAU].high > t.tau_um);
+  assert_true(says(fit, "tau_um is not determined") && says(fit, "Their ratio"));
+  for (size_t i = 0; i < fit->start_count; i++)
+    assert_true(fit->starts[i].probe || relative_error(fit->starts[i].error, fit->error) < 1e-3);
+  assert_false(fit->estimates[HETAB_FIT_SLOPE].undetermined);
+  assert_below("slope", relative_error(fit->slope, t.sigma0_um / t.tau_um), TOL_FIT_SLOPE);
+  hetab_fit_free(fit);
+  hetab_measurements_free(m);
+  hetab_index_free(t.index);
+  hetab_engine_free(engine);
+}
+
+/* One pair of directions off the mirror: a narrow and a broad lobe reflect the same there. */
+static void test_two_minima(void **state) {
+  hetab_context *ctx = *state;
+  hetab_engine *engine = series_engine(ctx);
+  truth t = preset_truth(ctx, 1);
+  t.diffuse[0] = 0;
+  t.noise = 1e-3;
+  hetab_pair_of_directions pairs[6];
+  for (size_t i = 0; i < 6; i++)
+    pairs[i] = (hetab_pair_of_directions){0.3, 0.8, M_PI};
+  hetab_measurements *m = measure_pairs(ctx, &t, &green_um, 1, pairs, 6);
+  hetab_fit_options o = slope_and_a(&t);
+  o.parameters[HETAB_FIT_DIFFUSE].free = 0;
+  for (o.seed = 0; o.seed < 10; o.seed++) {
+    hetab_fit *fit = fit_of(ctx, engine, m, &o);
+    assert_true(fit->ambiguous && says(fit, "Another minimum is as good"));
+    hetab_fit_free(fit);
+  }
+  hetab_measurements_free(m);
+  hetab_index_free(t.index);
+  hetab_engine_free(engine);
+}
+
+static void test_budget(void **state) {
+  hetab_context *ctx = *state;
+  hetab_engine *engine = series_engine(ctx);
+  truth t = preset_truth(ctx, 0);
+  hetab_measurements *m = measure(ctx, &t, &green_um, 1);
+  hetab_fit_options o = slope_and_a(&t);
+  o.max_evaluations = 20;
+  hetab_fit *fit = fit_of(ctx, engine, m, &o);
+  assert_int_equal(fit->stop, HETAB_FIT_STOP_BUDGET);
+  assert_true(says(fit, "Not converged"));
+  hetab_fit_free(fit);
+  hetab_measurements_free(m);
+  hetab_index_free(t.index);
+  hetab_engine_free(engine);
+}
+
+/* ---- intervals --------------------------------------------------------------------------------
+ */
+
+static int covers(const hetab_fit_estimate *e, double value) {
+  return e->low <= value && value <= e->high;
+}
+
+/* The 95 % intervals hold the truth in nearly that share of trials: 60 of 95 % are 57 +- 1.7. */
+static void test_coverage(void **state) {
+  hetab_context *ctx = *state;
+  hetab_engine *engine = series_engine(ctx);
+  truth t = preset_truth(ctx, 2);
+  double slope = t.sigma0_um / t.tau_um;
+  for (int w = HETAB_FIT_WEIGHTS_ENERGY; w <= HETAB_FIT_WEIGHTS_RELATIVE; w += 2) {
+    size_t slopes = 0, diffuses = 0;
+    for (size_t k = 0; k < TRIALS; k++) {
+      t.seed = 100 + k;
+      hetab_measurements *m = measure(ctx, &t, &green_um, 1);
+      hetab_fit_options o = slope_and_a(&t);
+      o.weights = (hetab_fit_weights)w;
+      o.starts = 1;
+      hetab_fit *fit = fit_of(ctx, engine, m, &o);
+      slopes += (size_t)covers(&fit->estimates[HETAB_FIT_SLOPE], slope);
+      diffuses += (size_t)covers(diffuse_of(fit), 0.05);
+      hetab_fit_free(fit);
+      hetab_measurements_free(m);
+    }
+    print_message("  intervals that hold the truth, of %d: slope %zu, a %zu\n", TRIALS, slopes,
+                  diffuses);
+    assert_in_range(slopes, TRIALS * 85 / 100, TRIALS);
+    assert_in_range(diffuses, TRIALS * 80 / 100, TRIALS);
+  }
+  hetab_index_free(t.index);
+  hetab_engine_free(engine);
+}
+
+static void test_bootstrap(void **state) {
+  hetab_context *ctx = *state;
+  hetab_engine *engine = series_engine(ctx);
+  truth t = preset_truth(ctx, 2);
+  hetab_measurements *m = measure(ctx, &t, &green_um, 1);
+  for (int constraint = HETAB_FIT_POLISHED; constraint <= HETAB_FIT_UNCONSTRAINED;
+       constraint += 2) {
+    hetab_fit_options o = slope_and_a(&t);
+    o.constraint = (hetab_fit_constraint)constraint;
+    o.bootstrap = 300;
+    hetab_fit *fit = fit_of(ctx, engine, m, &o);
+    assert_int_equal(fit->bootstrap_count, 300);
+    for (size_t i = 0; i < fit->estimate_count; i++) {
+      const hetab_fit_estimate *e = &fit->estimates[i];
+      double width = e->high - e->low, again = e->bootstrap_high - e->bootstrap_low;
+      if (e->quantity == HETAB_FIT_TAU)
+        assert_true(width == 0 && again == 0);
+      else
+        assert_true(again > 0.6 * width && again < 1.5 * width);
+    }
+    hetab_fit_free(fit);
+  }
+  hetab_measurements_free(m);
+  hetab_index_free(t.index);
+  hetab_engine_free(engine);
+}
+
+/* Of slope and a, whose lobes overlap; symmetric with a unit diagonal. */
+static void test_correlation(void **state) {
+  hetab_context *ctx = *state;
+  hetab_engine *engine = series_engine(ctx);
+  truth t = preset_truth(ctx, 2);
+  hetab_measurements *m = measure(ctx, &t, &green_um, 1);
+  hetab_fit_options o = slope_and_a(&t);
+  hetab_fit *fit = fit_of(ctx, engine, m, &o);
+  assert_int_equal(fit->free_count, 2);
+  assert_int_equal(fit->free_estimates[0], HETAB_FIT_SLOPE);
+  assert_int_equal(fit->free_estimates[1], 3);
+  assert_true(fabs(fit->correlation[0] - 1) < 1e-12 && fabs(fit->correlation[3] - 1) < 1e-12);
+  assert_true(fabs(fit->correlation[1] - fit->correlation[2]) < 1e-9 &&
+              fabs(fit->correlation[1]) < 1);
+  hetab_fit_free(fit);
+  hetab_measurements_free(m);
+  hetab_index_free(t.index);
+  hetab_engine_free(engine);
+}
+
+/* ---- measured paints --------------------------------------------------------------------------
+ */
+
+static hetab_fit *fit_paint(hetab_context *ctx, hetab_engine *engine, const char *name) {
+  char path[128];
+  hetab_measurements *m;
+  hetab_index *index;
+  snprintf(path, sizeof path, "../shared/data/measurements/cornell-%s", name);
+  FILE *file = fopen(path, "rb");
+  if (!file)
+    return NULL;
+  fclose(file);
+  assert_ok(ctx, hetab_measurements_load(ctx, path, &m));
+  assert_ok(ctx, hetab_index_constant(ctx, 1.5, 0, &index));
+  truth t = {0, 5, index, {0}, 0, 0};
+  hetab_fit_options o = slope_and_a(&t);
+  o.constraint = HETAB_FIT_AUTO;
+  hetab_fit *fit = fit_of(ctx, engine, m, &o);
+  hetab_measurements_free(m);
+  hetab_index_free(index);
+  return fit;
+}
+
+/* All of a paint's 31 wavelengths; one paint in two formats gives the same numbers. */
+static void test_paints(void **state) {
+  const char *const names[] = {"cayman.astm", "cayman.brdf", "garnet_red.brdf", "krylon_blue.brdf"};
+  hetab_engine *engine = series_engine(*state);
+  hetab_fit *fits[4] = {0};
+  for (size_t i = 0; i < 4; i++) {
+    fits[i] = fit_paint(*state, engine, names[i]);
+    if (!fits[i])
+      break;
+    print_message("  %s: slope %.4f (%.4f to %.4f), E %.2f %%, %zu evaluations\n", names[i],
+                  fits[i]->slope, fits[i]->estimates[0].low, fits[i]->estimates[0].high,
+                  100 * fits[i]->error, fits[i]->evaluations);
+    assert_int_equal(fits[i]->stop, HETAB_FIT_STOP_TOLERANCE);
+    assert_int_equal(fits[i]->bands, 31);
+    check_starts(fits[i], 4);
+  }
+  hetab_engine_free(engine);
+  if (!fits[3])
+    skip();
+  assert_int_equal(fits[0]->estimate_count, fits[1]->estimate_count);
+  for (size_t i = 0; i < fits[0]->estimate_count; i++)
+    assert_true(fits[0]->estimates[i].value == fits[1]->estimates[i].value &&
+                fits[0]->estimates[i].high == fits[1]->estimates[i].high);
+  for (size_t i = 0; i < 4; i++)
+    hetab_fit_free(fits[i]);
+}
+
+/* ---- bad input --------------------------------------------------------------------------------
+ */
+
+static void refuse(hetab_context *ctx, hetab_engine *engine, const hetab_measurements *m,
+                   const hetab_fit_options *o, hetab_status expected, const char *word) {
+  hetab_fit *fit;
+  hetab_status status = hetab_fit_create(ctx, engine, m, o, &fit);
+  assert_null(fit);
+  assert_fails(ctx, status, expected, (const char *const[]){word, NULL});
+}
+
+static void test_bad_options(void **state) {
+  hetab_context *ctx = *state;
+  hetab_engine *engine = series_engine(ctx);
+  truth t = preset_truth(ctx, 0);
+  hetab_measurements *m = measure(ctx, &t, &green_um, 1);
+  const hetab_fit_options good = slope_and_a(&t);
+  hetab_fit_options o = good;
+  hetab_fit_parameter *p = o.parameters;
+#define REFUSE(change, status, word)                                                               \
+  do {                                                                                             \
+    o = good;                                                                                      \
+    change;                                                                                        \
+    refuse(ctx, engine, m, &o, status, word);                                                      \
+  } while (0)
+  REFUSE(o.index = NULL, HETAB_ERR_ARGUMENT, "no refractive index");
+  REFUSE(p[HETAB_FIT_TAU].value = 0, HETAB_ERR_ARGUMENT, "one of slope, sigma0 and tau is free");
+  REFUSE(p[HETAB_FIT_SIGMA0].value = 1, HETAB_ERR_ARGUMENT, "all three");
+  REFUSE(p[HETAB_FIT_TAU].value = -5, HETAB_ERR_ARGUMENT, "tau_um = -5");
+  REFUSE(p[HETAB_FIT_TAU].value = (double)NAN, HETAB_ERR_ARGUMENT, "tau_um");
+  REFUSE((p[0].low = 0.5, p[0].high = 0.1), HETAB_ERR_ARGUMENT, "slope: bounds 0.5 to 0.1");
+  REFUSE((p[0].low = 0, p[0].high = 0.1), HETAB_ERR_ARGUMENT, "slope: bounds");
+  REFUSE(p[0].high = (double)NAN, HETAB_ERR_ARGUMENT, "slope: bounds");
+  REFUSE((p[0].free = p[4].free = 0, p[0].value = 0.1), HETAB_ERR_ARGUMENT, "nothing is free");
+  REFUSE(p[HETAB_FIT_N].free = 1, HETAB_ERR_ARGUMENT, "varies with the wavelength");
+  REFUSE(p[HETAB_FIT_N].value = 1.5, HETAB_ERR_ARGUMENT, "given by the index");
+  REFUSE(o.starts = 1000000, HETAB_ERR_ARGUMENT, "starts");
+  REFUSE(o.bootstrap = (size_t)-1, HETAB_ERR_ARGUMENT, "resamplings");
+  REFUSE(o.exclude_mirror_deg = -1, HETAB_ERR_ARGUMENT, "exclude_mirror_deg");
+  REFUSE(o.exclude_mirror_deg = 180, HETAB_ERR_RANGE, "no measurement is left");
+  REFUSE(o.asked_diffuse = -1, HETAB_ERR_ARGUMENT, "asked_diffuse");
+  const double other_um = 0.6, twice_um[] = {0.55, 0.55}, other_deg = 20;
+  REFUSE((o.lambda_um = &other_um, o.lambda_count = 1), HETAB_ERR_RANGE, "600 nm");
+  REFUSE((o.lambda_um = twice_um, o.lambda_count = 2), HETAB_ERR_ARGUMENT, "twice");
+  REFUSE((o.theta_i_deg = &other_deg, o.theta_i_count = 1), HETAB_ERR_RANGE, "20 degrees");
+  REFUSE((p[0].free = 0, p[0].value = 9, p[2].value = 9e3), HETAB_ERR_RANGE, "wavelengths");
+  REFUSE(o.max_points = 2, HETAB_ERR_RANGE, "do not determine");
+  hetab_engine *literal = new_engine(ctx, HETAB_DOUBLE, HETAB_METHOD_LITERAL, 0);
+  refuse(ctx, literal, m, &good, HETAB_ERR_UNSUPPORTED, "device");
+  hetab_engine_free(literal);
+  hetab_measurements_free(m);
+  hetab_index_free(t.index);
+  hetab_engine_free(engine);
+}
+
+static void test_bad_measurements(void **state) {
+  hetab_context *ctx = *state;
+  hetab_engine *engine = series_engine(ctx);
+  truth t = preset_truth(ctx, 0);
+  const hetab_fit_options o = slope_and_a(&t);
+  const double nan = (double)NAN, lambda_um[] = {0.55, 0.9};
+  const hetab_pair_of_directions pairs[] = {{0.1, 0.2, 3}, {0.2, 0.3, 3}, {0.1, 0.4, 3},
+                                            {0.1, 0.5, 3}, {0.1, 1.7, 3}, {1.6, 0.1, 3}};
+  const double missing[12] = {nan, nan, nan, nan, nan, nan, nan, nan, nan, nan, nan, nan};
+  const double negative[12] = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
+  const double zero[12] = {0}, some[12] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
+  const double half[12] = {1, nan, 1, nan, 1, nan, 1, nan, 1, nan, 1, nan};
+  const struct {
+    const double *values;
+    size_t bands, first, count;
+    const char *word; /* NULL: refused on creation */
+  } cases[] = {{missing, 1, 0, 6, "no measurement is left"},
+               {negative, 1, 0, 6, "no measurement is left"},
+               {zero, 1, 0, 6, "all measurements are 0"},
+               {some, 1, 4, 2, NULL},
+               {some, 1, 0, 2, "do not determine"},
+               {some, 2, 0, 6, "outside the index data"},
+               {half, 2, 0, 6, "900 nm: all measurements are missing"}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    hetab_measurements *m;
+    hetab_status status =
+        hetab_measurements_create(ctx, lambda_um, cases[i].bands, pairs + cases[i].first,
+                                  cases[i].count, cases[i].values, &m);
+    assert_int_equal(status, cases[i].word ? HETAB_OK : HETAB_ERR_RANGE);
+    if (cases[i].word)
+      refuse(ctx, engine, m, &o, HETAB_ERR_RANGE, cases[i].word);
+    hetab_measurements_free(m);
+  }
+  hetab_index_free(t.index);
+  hetab_engine_free(engine);
+}
+
+static int stop_at_once(void *user, double done, double total) {
+  return 1;
+}
+
+static void test_cancel(void **state) {
+  hetab_context *ctx = *state;
+  hetab_engine *engine = series_engine(ctx);
+  truth t = preset_truth(ctx, 0);
+  hetab_measurements *m = measure(ctx, &t, &green_um, 1);
+  const hetab_fit_options o = slope_and_a(&t);
+  hetab_set_progress(ctx, stop_at_once, NULL);
+  refuse(ctx, engine, m, &o, HETAB_ERR_CANCELLED, "stopped");
+  hetab_measurements_free(m);
+  hetab_index_free(t.index);
+  hetab_engine_free(engine);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      TEST(test_presets),
+      TEST(test_single_starts),
+      TEST(test_wavelengths),
+      TEST(test_index),
+      TEST(test_exact),
+      TEST(test_objective),
+      TEST(test_selection),
+      TEST(test_constraint),
+      TEST(test_energy),
+      TEST(test_held_slope),
+      TEST(test_undetermined),
+      TEST(test_two_minima),
+      TEST(test_budget),
+      TEST(test_coverage),
+      TEST(test_bootstrap),
+      TEST(test_correlation),
+      TEST(test_paints),
+      TEST(test_bad_options),
+      TEST(test_bad_measurements),
+      TEST(test_cancel),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
