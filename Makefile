@@ -26,7 +26,7 @@ CLI_SOURCES := $(wildcard src/cli/*.c)
 TEST_SOURCES := $(wildcard tests/test_*.c)
 TEST_COMMON := $(filter-out $(TEST_SOURCES),$(wildcard tests/*.c))
 HEADERS := $(wildcard include/hetab/*.h)
-FORMATTED := $(wildcard include/hetab/*.h src/*/*.[ch] kernels/*.h kernels/*.cl tests/*.[ch])
+FORMATTED := $(wildcard include/hetab/*.h src/*/*.[ch] kernels/*.h kernels/*.cl tests/*.[ch] tests/*/*.[ch])
 
 LIB_OBJECTS := $(LIB_SOURCES:%.c=$(BUILD)/%.o) $(BUILD)/kernels_embedded.o
 CLI_OBJECTS := $(CLI_SOURCES:%.c=$(BUILD)/%.o)
@@ -55,8 +55,18 @@ test: setup ## set up, build and run every test
 	@$(MAKE) --no-print-directory -s build tests
 	@sh scripts/run_tests $(BUILD)
 
+.PHONY: test-renderers
+test-renderers: setup ## check the .bsdf tables in Mitsuba 3 (from PyPI, below build/)
+	@$(MAKE) --no-print-directory -s build
+	@PYTHON=$(PYTHON) scripts/test_renderers $(BUILD)
+
+.PHONY: gallery
+gallery: setup ## render the report's five surfaces in Mitsuba 3 to out/gallery/
+	@$(MAKE) --no-print-directory -s build
+	@PYTHON=$(PYTHON) scripts/gallery $(BUILD) out/gallery
+
 .PHONY: tests
-tests: $(TESTS)
+tests: $(TESTS) $(BUILD)/tests/exr_readback
 
 .PHONY: bench
 bench: setup ## speed against error of every method, with plots, in out/
@@ -64,10 +74,17 @@ bench: setup ## speed against error of every method, with plots, in out/
 	@mkdir -p out
 	@$(BUILD)/hetab bench --force --csv out/bench.csv
 	@$(BUILD)/hetab bench --force --csv out/roughness.csv --samples 200 \
-	  $(addprefix roughness-,0.05 0.2 1 5 20 100)
+	  $(addprefix roughness-,0.05 0.2 1 5 20 50 100)
 	@scripts/plot_bench out/bench.csv out/bench.png
 	@scripts/plot_roofline out/bench.csv out/roofline.png
 	@scripts/bench_commands $(BUILD)/hetab
+	@$(MAKE) --no-print-directory -s $(BUILD)/tests/bench/lookup_speed
+	@$(BUILD)/tests/bench/lookup_speed out BBQAL1 BBQAL2 GGAL120 GGAL240 NGGAL | tee out/lookup.csv
+
+.PHONY: gallery-c
+gallery-c: setup ## draw out/gallery/path_tracer.png with the look-up library
+	@$(MAKE) --no-print-directory -s build $(BUILD)/path_tracer
+	@scripts/gallery_path_tracer $(BUILD) out/gallery
 
 .PHONY: figures
 figures: setup ## redraw what the report's figures show, in out/figures
@@ -80,6 +97,12 @@ asan: setup ## run the tests under AddressSanitizer and UndefinedBehaviorSanitiz
 	  CFLAGS='-O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=undefined' \
 	  build tests
 	@LSAN_OPTIONS=suppressions=tests/lsan.supp:print_suppressions=0 sh scripts/run_tests $(BUILD)/asan
+
+.PHONY: tsan
+tsan: setup ## run the test of threads under ThreadSanitizer
+	@$(MAKE) --no-print-directory -s BUILD=$(BUILD)/tsan CFLAGS='-O1 -g -fsanitize=thread' \
+	  $(BUILD)/tsan/tests/test_lookup_threads
+	@TSAN_OPTIONS=halt_on_error=1 $(BUILD)/tsan/tests/test_lookup_threads
 
 .PHONY: format
 format: ## rewrite the C and OpenCL sources with clang-format
@@ -111,6 +134,9 @@ $(BUILD)/%.o: %.c
 	@mkdir -p $(@D)
 	$(CC) $(CPPFLAGS_ALL) $(CFLAGS_ALL) -MMD -MP -c -o $@ $<
 
+# Loops over blocks become vectors; its numbers carry the errors that its tests measure.
+$(BUILD)/src/lookup/lattice_eval.o: CFLAGS_ALL += -O3 -fno-math-errno -fno-trapping-math -ffp-contract=fast
+
 $(BUILD)/kernels_embedded.c: scripts/embed_kernels $(wildcard kernels/*)
 	@mkdir -p $(@D)
 	$(PYTHON) scripts/embed_kernels kernels $@
@@ -138,6 +164,17 @@ $(BUILD)/hetab.1: $(BUILD)/hetab src/cli/hetab.1.in scripts/make_man
 
 $(BUILD)/tests/%: $(BUILD)/tests/%.o $(TEST_COMMON_OBJECTS) $(BUILD)/libhetab.a
 	$(CC) $(CFLAGS_ALL) $(LDFLAGS) -o $@ $^ -lcmocka $(LIBS)
+
+$(BUILD)/path_tracer: tests/gallery/path_tracer.c $(BUILD)/libhetab.a
+	$(CC) $(CPPFLAGS_ALL) $(CFLAGS_ALL) -fopenmp $(LDFLAGS) -o $@ $^ $(LIBS)
+
+$(BUILD)/tests/bench/%: $(BUILD)/tests/bench/%.o $(BUILD)/libhetab.a
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS_ALL) $(LDFLAGS) -o $@ $^ $(LIBS)
+
+$(BUILD)/tests/exr_readback: tests/exr_readback.cc
+	@mkdir -p $(@D)
+	$(CXX) -std=c++17 -O2 -Wall -Wextra -o $@ $< -ltinyexr
 
 .SECONDARY: $(TEST_OBJECTS)
 

@@ -115,8 +115,8 @@ static void test_lambertian_h5(void **state) {
   hetab_context *ctx = ((fixture *)*state)->ctx;
   float *values = lambertian();
   write_table(ctx, "a.h5", values, 0);
-  for (int lookup = HETAB_LOOKUP_TRUNCATE; lookup <= HETAB_LOOKUP_INTERPOLATE; lookup++) {
-    hetab_audit_options options = {.no_reference = 1, .lookup = (hetab_lookup)lookup};
+  for (int lookup = HETAB_READ_TRUNCATE; lookup <= HETAB_READ_INTERPOLATE; lookup++) {
+    hetab_audit_options options = {.no_reference = 1, .lookup = (hetab_reading)lookup};
     hetab_audit *audit = audit_table(ctx, "a.h5", &options);
     assert_int_equal(audit->channel_count, BANDS);
     assert_int_equal(audit->theta_count, THETAS);
@@ -175,8 +175,8 @@ static void test_merl_accuracy(void **state) {
     for (size_t cell = 0; cell < HETAB_MERL_CELLS; cell++)
       hetab_merl_channel(merl, c)[cell] = albedo / pi;
   assert_ok(ctx, hetab_merl_save(ctx, merl, "a.binary", 0));
-  for (int lookup = HETAB_LOOKUP_TRUNCATE; lookup <= HETAB_LOOKUP_INTERPOLATE; lookup++) {
-    hetab_audit_options options = {.no_reference = 1, .lookup = (hetab_lookup)lookup};
+  for (int lookup = HETAB_READ_TRUNCATE; lookup <= HETAB_READ_INTERPOLATE; lookup++) {
+    hetab_audit_options options = {.no_reference = 1, .lookup = (hetab_reading)lookup};
     hetab_audit *audit = audit_table(ctx, "a.binary", &options);
     assert_check(audit, "horizon", HETAB_WARN, "not marked below it");
     for (size_t i = 0; i < 3 * audit->theta_count; i++)
@@ -390,7 +390,7 @@ static void test_repair_h5(void **state) {
   hetab_context *ctx = ((fixture *)*state)->ctx;
   hetab_repair_report report;
   hetab_audit_free(audit_broken(ctx, break_all));
-  assert_ok(ctx, hetab_repair(ctx, "broken.h5", "mended.h5", HETAB_LOOKUP_DEFAULT, 1, 0, &report));
+  assert_ok(ctx, hetab_repair(ctx, "broken.h5", "mended.h5", HETAB_READ_DEFAULT, 1, 0, &report));
   assert_int_equal(report.entries, BANDS * THETAS * SHEET);
   assert_int_equal(report.replaced, 1);
   assert_int_equal(report.clamped, 1);
@@ -417,7 +417,7 @@ static void test_repair_merl(void **state) {
   for (int p = 0; p < 180; p++)
     for (int h = 0; h < 20; h++)
       poke("m.binary", cell_offset(0, h, 40, p), &bright, 8);
-  assert_ok(ctx, hetab_repair(ctx, "m.binary", "n.binary", HETAB_LOOKUP_DEFAULT, 1, 0, &report));
+  assert_ok(ctx, hetab_repair(ctx, "m.binary", "n.binary", HETAB_READ_DEFAULT, 1, 0, &report));
   assert_int_equal(report.replaced, 1);
   assert_int_equal(report.clamped, 1);
   assert_true(report.scaled_incidences > 0 && report.smallest_scale < 1);

@@ -12,7 +12,8 @@ works "help" --help
 check "help lists commands" has '^  tabulate '
 works "version" --version
 check "version names the program" has '^hetab [0-9]+\.[0-9]+\.[0-9]+$'
-for command in tabulate eval devices surfaces bench reflectance audit roughness fit predict; do
+for command in tabulate eval devices surfaces bench reflectance audit roughness fit predict \
+  convert view; do
   works "$command --help" $command --help
   check "$command --help has usage" has "^Usage: hetab $command "
   check "$command --help fits 80 columns" test "$(wc -L <out)" -le 80
@@ -147,7 +148,7 @@ mkdir folder.h5 locked
 refuses "existing h5" 1 "old.h5 exists.*--force" tabulate BBQAL2 -o old.h5
 refuses "existing second output" 1 "old.binary exists" tabulate BBQAL2 -o new.h5 -o old.binary
 refuses "existing specular file" 1 "lone.specular.csv exists" tabulate BBQAL2 -o lone.binary
-refuses "unknown extension" 2 "a.png: .*\.h5, \.hdf5 or \.binary" tabulate BBQAL2 -o a.png
+refuses "unknown extension" 2 "a.png: .*\.h5, \.hdf5, \.exr, \.binary or \.bsdf" tabulate BBQAL2 -o a.png
 refuses "only an extension" 2 "ends in" tabulate BBQAL2 -o .h5
 refuses "same output twice" 2 "twice" tabulate BBQAL2 -o n.h5 -o ./n.h5
 refuses "one sidecar of two" 2 "would both write ./q.specular.csv" tabulate BBQAL2 -o q.binary \

@@ -81,6 +81,10 @@ works "formats" predict s.yml --measurements "$data/synthetic.astm" --theta-i 45
 check "a page" grep -q '<h2>550 nm</h2>' p.html
 check "its dots" test "$(grep -o '<circle' p.html | wc -l)" -ge 5
 check "rows of points" test "$(awk -F, '$9 != ""' p.csv | wc -l)" = 11
+works "a table as a measurement" tabulate s.yml -o s.h5 --theta-i 0:80:5 --theta-r 0:85:18 --phi 0:180:7 --wavelengths 550 --quiet
+works "predict against a table" predict s.yml --measurements s.h5 --json
+check "a table of the surface lies within its bounds" json "d['measured']['hemisphere']['points'] > 300 and \
+  d['measured']['hemisphere']['fraction_within'] == 1"
 shared=$scripts/../../shared/data/measurements
 if [ -d "$shared" ]; then
   works "a paint" predict s.yml --measurements "$shared/cornell-cayman.brdf" --json

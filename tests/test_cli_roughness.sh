@@ -172,6 +172,31 @@ for file in line.x3p list.x3p places.x3p listed.x3p; do
   works "$file" roughness $file --cutoff 30 --json
   check "$file is line.csv" /usr/bin/python3 -c "$same" 1e-3
 done
+
+# Behind the filter: the convolution, its weights renormalised at the ends, written out.
+filtered='
+import json, sys
+import numpy as np
+x, z = np.loadtxt("line.csv", delimiter=",", skiprows=1).T
+x, z = x * 1e3, z * 1e-3
+z -= np.polyval(np.polyfit(x, z, 1), x)
+cutoff, alpha = 30, np.sqrt(np.log(2) / np.pi)
+weights = np.exp(-np.pi * ((x[:, None] - x) / (alpha * cutoff)) ** 2)
+small = (z - weights @ z / weights.sum(axis=1))[60:-60]
+step = np.sqrt(np.mean(np.diff(small) ** 2)) / 0.25
+small -= small.mean()
+c = np.correlate(small, small, "full")[len(small) - 1:] / (small @ small)
+k = np.argmax(c < np.exp(-1))
+tau = (k - 1 + (c[k - 1] - np.exp(-1)) / (c[k - 1] - c[k])) * 0.25
+d = json.load(open("out"))["small"]
+one = d["scans"][0]
+sys.exit(not (one["points"] == len(small) and
+              all(abs(d[key]["average"] / value - 1) < 1e-6 for key, value in
+                  (("sigma_um", small.std()), ("tau_um", tau), ("rms_slope", step),
+                   ("skewness", np.mean(small ** 3) / small.std() ** 3),
+                   ("kurtosis", np.mean(small ** 4) / small.std() ** 4)))))'
+works "line.csv again" roughness line.csv --cutoff 30 --json --outliers 0
+check "the filter against numpy" /usr/bin/python3 -c "$filtered"
 works "list.x3p, text" roughness list.x3p
 check "the missing point is counted" has '3000 heights, 0.25 um apart, 1 missing, 0 outliers'
 
@@ -218,6 +243,12 @@ refuses "cut-off too long" 1 'give a cut-off from 2.5 to 375' roughness line.csv
 for bad in 0 -3 long nan ''; do
   refuses "cut-off '$bad'" 2 'neither a length in um nor auto' roughness line.csv --cutoff "$bad"
 done
+awk 'BEGIN { print "x_um,z_um"; for (i = 0; i < 2000; i++) { x = i + 0.3 * sin(i); print x "," sin(x / 9) } }' \
+  >uneven.csv
+refuses "unequal steps" 1 'unequally spaced: .*--resample' roughness uneven.csv
+works "resampled" roughness uneven.csv --resample 0.5 --level none --json
+check "resampled sine" json "abs(d['raw']['sigma_um']['average'] - 0.7071) < 0.005 and \
+d['scans'][0]['spacing_um'] == 0.5"
 refuses "negative spacing" 2 'outside' roughness line.csv --spacing -1
 refuses "surface without index" 2 'needs --index' roughness line.csv --surface s.yaml
 refuses "unknown index" 1 'Nowhere' roughness line.csv --surface s.yaml --index Nowhere
@@ -265,7 +296,8 @@ check "auto plots it" grep -q 'Slope against cut-off' auto.html
 printf 'z_nm\n%s\n' "$(seq 1 500 | awk '{print 100*sin($1/7)}')" >plain.csv
 works "unit of the spacing" roughness plain.csv --spacing 0.5 --json --level none
 check "nm to um" json "abs(d['raw']['sigma_um']['average'] - 0.0707) < 0.001 and \
-d['scans'][0]['spacing_um'] == 0.5 and d['small'] is None and d['cutoff_scan'] is None"
+d['scans'][0]['spacing_um'] == 0.5 and d['small'] is None and d['cutoff_scan'] is None and \
+d['raw']['non_uniformity'] is None"
 
 # ---- published rows -----------------------------------------------------------------------------
 

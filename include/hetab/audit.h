@@ -24,12 +24,12 @@ typedef enum hetab_audit_kind {
 typedef enum hetab_verdict { HETAB_PASS, HETAB_WARN, HETAB_FAIL } hetab_verdict;
 
 /* How a renderer reads between the entries of a table. */
-typedef enum hetab_lookup {
-  HETAB_LOOKUP_DEFAULT,    /* what the format's readers do: MERL truncates, HDF5 interpolates */
-  HETAB_LOOKUP_TRUNCATE,   /* the entry at or below; below the first one the first */
-  HETAB_LOOKUP_INTERPOLATE /* linear along every axis: MERL between cell centres, over valid cells;
+typedef enum hetab_reading {
+  HETAB_READ_DEFAULT,    /* what the format's readers do: MERL truncates, HDF5 interpolates */
+  HETAB_READ_TRUNCATE,   /* the entry at or below; below the first one the first */
+  HETAB_READ_INTERPOLATE /* linear along every axis: MERL between cell centres, over valid cells;
                               HDF5 between entries, held beyond the ends of an axis */
-} hetab_lookup;
+} hetab_reading;
 
 /* One question and its answer. */
 typedef struct hetab_check {
@@ -123,7 +123,7 @@ typedef struct hetab_audit {
   hetab_audit_kind kind;
   char *name;               /* of the surface, or the file's path */
   double sigma0_um, tau_um; /* of the surface, or the reference; 0: unknown */
-  hetab_lookup lookup;      /* tables */
+  hetab_reading lookup;     /* tables */
   unsigned long long bytes; /* tables: size of the file */
   size_t dims[4];           /* tables: as in the file, slowest first; 0: fewer */
   hetab_check checks[HETAB_AUDIT_CHECKS];
@@ -143,7 +143,7 @@ typedef struct hetab_audit {
 } hetab_audit;
 
 typedef struct hetab_audit_options {
-  hetab_lookup lookup;
+  hetab_reading lookup;
   double tolerance;     /* of the integrals over a MERL lookup, relative to 1; 0: 1e-3 */
   double max_excess;    /* rho_dh may exceed its bounds by this much beyond the error; 0: not */
   double max_asymmetry; /* relative; 0: 1e-3 */
@@ -177,7 +177,7 @@ const hetab_check *hetab_audit_check(const hetab_audit *audit, const char *name)
 
 const char *hetab_verdict_name(hetab_verdict verdict);    /* "PASS" */
 const char *hetab_audit_kind_name(hetab_audit_kind kind); /* "surface", "merl", "hdf5" */
-const char *hetab_lookup_name(hetab_lookup lookup);       /* "truncate" */
+const char *hetab_reading_name(hetab_reading lookup);     /* "truncate" */
 
 /* What a repair changed. */
 typedef struct hetab_repair_report {
@@ -196,7 +196,7 @@ typedef struct hetab_repair_report {
  * which keeps it reciprocal (without the same entries: that of theta_i). Everything else in the
  * file stays. Refuses to write over its own input: HETAB_ERR_ARGUMENT. */
 hetab_status hetab_repair(hetab_context *ctx, const char *path, const char *out_path,
-                          hetab_lookup lookup, int scale_energy, int overwrite,
+                          hetab_reading lookup, int scale_energy, int overwrite,
                           hetab_repair_report *report);
 
 #ifdef __cplusplus

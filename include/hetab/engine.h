@@ -51,6 +51,13 @@ hetab_status hetab_engine_create(hetab_context *ctx, const hetab_engine_options 
                                  hetab_engine **out);
 void hetab_engine_free(hetab_engine *engine);
 
+/* Starts to load the OpenCL runtime on a thread of its own: it brings a compiler along, which takes
+ * tens of milliseconds that reading inputs and laying out files can overlap. Never fails (NULL: no
+ * thread); what goes wrong shows in hetab_engine_create. Finish it before the process exits. */
+typedef struct hetab_preload hetab_preload;
+hetab_preload *hetab_preload_start(void);
+void hetab_preload_finish(hetab_preload *preload); /* waits for the thread; NULL is fine */
+
 hetab_precision hetab_engine_precision(const hetab_engine *engine);
 hetab_method hetab_engine_method(const hetab_engine *engine);
 double hetab_engine_tolerance(const hetab_engine *engine);

@@ -78,7 +78,7 @@ typedef struct hetab_predicted_point {
   double plane_deg; /* theta_r signed as in theta_r_deg; in the plane only */
   double measured;  /* 1/sr */
   hetab_bounds f;   /* without the accuracy */
-  int side;         /* -1: below the bounds, 0: within them, 1: above */
+  int side;         /* -1: below the bounds by more than 1e-9 / sr, 0: within, 1: above by more */
 } hetab_predicted_point;
 
 /* How the measured points lie. */

@@ -24,8 +24,9 @@ typedef enum hetab_heights_kind {
 
 /* What a text file does not say of itself; 0 and NULL: the file has to say it. */
 typedef struct hetab_heights_options {
-  double spacing_um; /* between neighbours, of heights without x; of maps in both directions */
-  const char *unit;  /* "nm", "um", "mm" or "m": of numbers whose header names no unit */
+  double spacing_um;  /* between neighbours, of heights without x; of maps in both directions */
+  const char *unit;   /* "nm", "um", "mm" or "m": of numbers whose header names no unit */
+  double resample_um; /* interpolate scans with x linearly on places this far apart; 0: do not */
 } hetab_heights_options;
 
 /* Told apart by content:
@@ -38,7 +39,8 @@ typedef struct hetab_heights_options {
  *   binary file or in the XML, validity mask; checksums are verified;
  * - SDF (ISO 25178-71), ASCII.
  * Missing heights: empty fields, "nan", "bad", "-", the formats' own marks, steps of x that are
- * multiples of the usual one. Unequal steps of x (more than 2 % off) are refused.
+ * multiples of the usual one. Unequal steps of x (more than 2 % off) are refused, unless
+ * options.resample_um is given; steps of more than three times the median then are gaps.
  * Failures name the file and, in text, the line. At most 2^27 heights, files up to 1 GiB. */
 hetab_status hetab_heights_load(hetab_context *ctx, const char *path,
                                 const hetab_heights_options *options, hetab_heights **out);
@@ -96,7 +98,7 @@ typedef struct hetab_estimate {
  * below 1 % for scans of 50 tau (tests/test_roughness.c).
  * The filter takes variance from the small scale too: of a Gaussian autocorrelation with tau =
  * 5.6 um a 30 um cut-off leaves less than a third of the variance and tau = 3.2 um, but 96 % of
- * sigma / tau. */
+ * sigma / tau; at about 13 tau sigma / tau is largest, 8 % above the surface's own. */
 typedef struct hetab_scan_statistics {
   size_t scan; /* in hetab_roughness.scans */
   size_t points;
@@ -110,9 +112,10 @@ typedef struct hetab_scan_statistics {
   double misfit_gaussian, misfit_exponential;
 } hetab_scan_statistics;
 
-/* Over scans. error: the larger of what the scatter of the scans and what their own errors say;
- * low, high: 95 % interval of the mean, from the larger likewise (Student's t for the scatter).
- * Neighbouring rows of a map are no independent scans: they count as map width / (1.25 tau). */
+/* Over scans. deviation: divisor n - 1, NaN of one scan. error: the larger of what the scatter of
+ * the scans and what their own errors say; low, high: 95 % interval of the mean, from the larger
+ * likewise (Student's t for the scatter). Neighbouring rows of a map are no independent scans: they
+ * count as map width / (1.25 tau). */
 typedef struct hetab_average {
   size_t count; /* of scans with a finite value */
   double mean, deviation, error, low, high;
@@ -124,7 +127,7 @@ typedef struct hetab_component {
   hetab_scan_statistics *scans; /* [count] those with enough points left */
   size_t count;
   hetab_average sigma_um, tau_um, slope, rms_slope, skewness, kurtosis;
-  double non_uniformity; /* deviation of sigma over its mean */
+  double non_uniformity; /* deviation of sigma over its mean; NaN of one scan */
   double normal_distance, misfit_gaussian, misfit_exponential; /* means */
   /* Density of z / sigma from -5 to 5, and the mean autocorrelation at lag_um[i] = i lag_step_um */
   double histogram[HETAB_HISTOGRAM_BINS];

@@ -2,7 +2,8 @@
  * likewise.
  *
  *   /brdf                  float32 or float64 [wavelength][theta_i][theta_r][phi], 1/sr, dd + ud,
- *                          no cosine, the specular delta not in it
+ *                          no cosine, the specular delta not in it; one run of
+ *                          bytes, or chunks where it is compressed
  *   /specular_reflectance  float64 [wavelength][theta_i]: rho_s, the weight of the delta
  *   /uniform_diffuse       float64 [wavelength], 1/sr
  *   /n, /k                 float64 [wavelength]
@@ -58,6 +59,9 @@ typedef struct hetab_h5_table hetab_h5_table;
 
 /* HETAB_ERR_PARSE, naming the file and what is missing, if it is not such a table. */
 hetab_status hetab_h5_open(hetab_context *ctx, const char *path, hetab_h5_table **out);
+/* The same, and tables converted from linear sRGB (<hetab/convert.h>), which hetab_h5_open()
+ * refuses: three channels in place of wavelengths, hetab_h5_wavelengths_um() being NULL. */
+hetab_status hetab_h5_open_any(hetab_context *ctx, const char *path, hetab_h5_table **out);
 void hetab_h5_close(hetab_h5_table *table);
 size_t hetab_h5_wavelength_count(const hetab_h5_table *table);
 const double *hetab_h5_wavelengths_um(const hetab_h5_table *table);

@@ -227,7 +227,7 @@ const char *hetab_audit_kind_name(hetab_audit_kind kind) {
   return names[kind];
 }
 
-const char *hetab_lookup_name(hetab_lookup lookup) {
+const char *hetab_reading_name(hetab_reading lookup) {
   static const char *const names[] = {"default", "truncate", "interpolate"};
   return names[lookup];
 }

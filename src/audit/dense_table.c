@@ -47,7 +47,7 @@ static void fill_weights(const hetab_dense_table *t, hetab_axis axis) {
   for (size_t i = 0; i < last; i++) {
     double a = hetab_radians(deg[i]), b = hetab_radians(deg[i + 1]);
     double mass = m->mass(b) - m->mass(a), moment = m->moment(b) - m->moment(a);
-    double right = t->lookup == HETAB_LOOKUP_TRUNCATE ? 0 : (moment - a * mass) / (b - a);
+    double right = t->lookup == HETAB_READ_TRUNCATE ? 0 : (moment - a * mass) / (b - a);
     w[i] += mass - right;
     w[i + 1] += right;
   }
@@ -55,7 +55,7 @@ static void fill_weights(const hetab_dense_table *t, hetab_axis axis) {
 }
 
 hetab_status hetab_dense_table_create(hetab_context *ctx, const hetab_grid *grid,
-                                      hetab_lookup lookup, hetab_dense_table *table) {
+                                      hetab_reading lookup, hetab_dense_table *table) {
   *table = (hetab_dense_table){.grid = grid, .lookup = lookup};
   size_t total = 1;
   for (hetab_axis axis = 0; axis < HETAB_AXIS_COUNT; axis++) {
@@ -118,7 +118,7 @@ static position find(const hetab_dense_table *t, hetab_axis axis, double deg) {
       high = middle;
   }
   double fraction = (deg - x[low]) / (x[low + 1] - x[low]);
-  return (position){low, t->lookup == HETAB_LOOKUP_TRUNCATE ? 0 : fraction};
+  return (position){low, t->lookup == HETAB_READ_TRUNCATE ? 0 : fraction};
 }
 
 double hetab_dense_table_read(const hetab_dense_table *t, double theta_i, double theta_r,

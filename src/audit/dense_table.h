@@ -9,14 +9,14 @@
 
 typedef struct hetab_dense_table {
   const hetab_grid *grid;
-  hetab_lookup lookup; /* not HETAB_LOOKUP_DEFAULT */
+  hetab_reading lookup; /* not HETAB_READ_DEFAULT */
   size_t count[HETAB_AXIS_COUNT];
   double *weights[HETAB_AXIS_COUNT]; /* of the integral over theta_r and phi; NULL for theta_i */
   double *values;                    /* of the wavelength at hand */
 } hetab_dense_table;
 
 hetab_status hetab_dense_table_create(hetab_context *ctx, const hetab_grid *grid,
-                                      hetab_lookup lookup, hetab_dense_table *table);
+                                      hetab_reading lookup, hetab_dense_table *table);
 void hetab_dense_table_clear(hetab_dense_table *table);
 
 /* 1/sr at any directions above the horizon; radians. What is no number is 0. */

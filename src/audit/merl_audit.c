@@ -13,7 +13,7 @@ enum { CHANNELS = 3, GREEN = 1 };
 
 typedef struct reader {
   const hetab_merl *merl;
-  hetab_lookup lookup;
+  hetab_reading lookup;
 } reader;
 
 static void read_pair(const void *user, double theta_i, double theta_r, double phi,

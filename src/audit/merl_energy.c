@@ -11,7 +11,7 @@ enum { CHANNELS = 3, FIRST_PER_ROW = 1, FIRST_AZIMUTHS = 120, MOST_PER_ROW = 8 }
 
 typedef struct light {
   const hetab_merl *merl;
-  hetab_lookup lookup;
+  hetab_reading lookup;
   double s, c; /* sine and cosine of theta_i */
 } light;
 
@@ -53,7 +53,7 @@ static void integrate(const light *l, int per_row, int azimuths, double rho[CHAN
   }
 }
 
-void hetab_merl_energy(const hetab_merl *merl, hetab_lookup lookup, double theta_i,
+void hetab_merl_energy(const hetab_merl *merl, hetab_reading lookup, double theta_i,
                        double tolerance, double rho[3], double error[3]) {
   light l = {merl, lookup, sin(theta_i), cos(theta_i)};
   double coarse[CHANNELS];

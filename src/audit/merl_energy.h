@@ -8,7 +8,7 @@
 /* rho[3] = integral over the hemisphere of the looked-up table times cos(theta_r), for light from
  * theta_i (radians). The midpoint rule in the half vector, refined until two levels agree to
  * `tolerance` (absolute) in every channel, or a limit is reached; error[3] says how well. */
-void hetab_merl_energy(const hetab_merl *merl, hetab_lookup lookup, double theta_i,
+void hetab_merl_energy(const hetab_merl *merl, hetab_reading lookup, double theta_i,
                        double tolerance, double rho[3], double error[3]);
 
 #endif

@@ -65,9 +65,9 @@ static void interpolate_at(const hetab_merl *merl, hetab_merl_place at, double r
     rgb[c] = weights[c] > 0 ? sum[c] / weights[c] : 0;
 }
 
-void hetab_merl_read(const hetab_merl *merl, hetab_lookup lookup, hetab_merl_place place,
+void hetab_merl_read(const hetab_merl *merl, hetab_reading lookup, hetab_merl_place place,
                      double rgb[3]) {
-  if (lookup == HETAB_LOOKUP_INTERPOLATE)
+  if (lookup == HETAB_READ_INTERPOLATE)
     interpolate_at(merl, place, rgb);
   else
     truncate_at(merl, place, rgb);

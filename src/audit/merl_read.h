@@ -12,9 +12,9 @@ typedef struct hetab_merl_place {
 
 hetab_merl_place hetab_merl_place_of(double theta_i, double theta_r, double phi);
 
-/* lookup is not HETAB_LOOKUP_DEFAULT. What the file marks invalid, and what is no number, is 0:
+/* lookup is not HETAB_READ_DEFAULT. What the file marks invalid, and what is no number, is 0:
  * renderers draw it black. */
-void hetab_merl_read(const hetab_merl *merl, hetab_lookup lookup, hetab_merl_place place,
+void hetab_merl_read(const hetab_merl *merl, hetab_reading lookup, hetab_merl_place place,
                      double rgb[3]);
 
 #endif

@@ -75,15 +75,15 @@ static int is_same_file(const char *a, const char *b) {
 }
 
 hetab_status hetab_repair(hetab_context *ctx, const char *path, const char *out_path,
-                          hetab_lookup lookup, int scale_energy, int overwrite,
+                          hetab_reading lookup, int scale_energy, int overwrite,
                           hetab_repair_report *report) {
   int is_h5 = hetab_audit_is_h5(path);
   *report = (hetab_repair_report){.smallest_scale = 1};
   if (is_same_file(path, out_path))
     return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
                       "'%s' is not repaired in place: give another name to write to", path);
-  if (lookup == HETAB_LOOKUP_DEFAULT)
-    lookup = is_h5 ? HETAB_LOOKUP_INTERPOLATE : HETAB_LOOKUP_TRUNCATE;
+  if (lookup == HETAB_READ_DEFAULT)
+    lookup = is_h5 ? HETAB_READ_INTERPOLATE : HETAB_READ_TRUNCATE;
   return (is_h5 ? hetab_repair_h5 : hetab_repair_merl)(ctx, path, out_path, lookup, scale_energy,
                                                        overwrite, report);
 }

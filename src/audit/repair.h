@@ -13,10 +13,10 @@ void hetab_repair_pair(double *a, double *b, hetab_repair_report *report);
 double hetab_repair_scale(double found, double allowed, hetab_repair_report *report);
 
 hetab_status hetab_repair_merl(hetab_context *ctx, const char *path, const char *out_path,
-                               hetab_lookup lookup, int scale_energy, int overwrite,
+                               hetab_reading lookup, int scale_energy, int overwrite,
                                hetab_repair_report *report);
 hetab_status hetab_repair_h5(hetab_context *ctx, const char *path, const char *out_path,
-                             hetab_lookup lookup, int scale_energy, int overwrite,
+                             hetab_reading lookup, int scale_energy, int overwrite,
                              hetab_repair_report *report);
 
 #endif

@@ -57,7 +57,7 @@ static hetab_status mend_wavelength(job *j, size_t wavelength) {
   return hetab_h5_copy_write(j->ctx, j->copy, wavelength, j->table.values);
 }
 
-static hetab_status run(job *j, const char *path, const char *out_path, hetab_lookup lookup,
+static hetab_status run(job *j, const char *path, const char *out_path, hetab_reading lookup,
                         int overwrite) {
   HETAB_TRY(hetab_h5_open(j->ctx, path, &j->file));
   HETAB_TRY(hetab_dense_table_create(j->ctx, hetab_h5_grid(j->file), lookup, &j->table));
@@ -79,7 +79,7 @@ static hetab_status run(job *j, const char *path, const char *out_path, hetab_lo
 }
 
 hetab_status hetab_repair_h5(hetab_context *ctx, const char *path, const char *out_path,
-                             hetab_lookup lookup, int scale_energy, int overwrite,
+                             hetab_reading lookup, int scale_energy, int overwrite,
                              hetab_repair_report *report) {
   job j = {.ctx = ctx, .scale_energy = scale_energy, .report = report};
   hetab_status status = run(&j, path, out_path, lookup, overwrite);

@@ -38,7 +38,7 @@ static void mend_cells(hetab_merl *merl, hetab_repair_report *report) {
     }
 }
 
-static void find_scales(const hetab_merl *merl, hetab_lookup lookup, scales *s,
+static void find_scales(const hetab_merl *merl, hetab_reading lookup, scales *s,
                         hetab_repair_report *report) {
   s->any = 0;
   for (int t = 0; t < INCIDENCES; t++) {
@@ -73,7 +73,7 @@ static void scale_cell(hetab_merl *merl, const scales *s, size_t cell) {
   }
 }
 
-static hetab_status conserve_energy(hetab_context *ctx, hetab_merl *merl, hetab_lookup lookup,
+static hetab_status conserve_energy(hetab_context *ctx, hetab_merl *merl, hetab_reading lookup,
                                     hetab_repair_report *report) {
   scales s = {.any = 1};
   double product = 1;
@@ -97,7 +97,7 @@ static hetab_status conserve_energy(hetab_context *ctx, hetab_merl *merl, hetab_
 }
 
 hetab_status hetab_repair_merl(hetab_context *ctx, const char *path, const char *out_path,
-                               hetab_lookup lookup, int scale_energy, int overwrite,
+                               hetab_reading lookup, int scale_energy, int overwrite,
                                hetab_repair_report *report) {
   hetab_merl *merl;
   HETAB_TRY(hetab_merl_load_raw(ctx, path, &merl));

@@ -106,8 +106,8 @@ hetab_status hetab_audit_table(hetab_context *ctx, hetab_engine *engine, const c
   if (status == HETAB_OK)
     status = measure_file(ctx, path, audit);
   if (status == HETAB_OK) {
-    if (o.lookup == HETAB_LOOKUP_DEFAULT)
-      o.lookup = is_h5 ? HETAB_LOOKUP_INTERPOLATE : HETAB_LOOKUP_TRUNCATE;
+    if (o.lookup == HETAB_READ_DEFAULT)
+      o.lookup = is_h5 ? HETAB_READ_INTERPOLATE : HETAB_READ_TRUNCATE;
     audit->lookup = o.lookup;
     status = (is_h5 ? hetab_audit_h5 : hetab_audit_merl)(ctx, engine, path, &o, audit);
   }

@@ -1,5 +1,6 @@
 #include "cl/device.h"
 
+#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -62,7 +63,10 @@ int hetab_cl_device_is_cpu(cl_device_id device) {
   return (type & CL_DEVICE_TYPE_CPU) != 0;
 }
 
-/* All devices of all platforms; none is not an error. */
+static pthread_mutex_t start_up = PTHREAD_MUTEX_INITIALIZER;
+
+/* All devices of all platforms; none is not an error. One thread at a time: implementations come up
+ * with the first call, and not all of them stand two at once. */
 static hetab_status all_devices(hetab_context *ctx, cl_device_id **devices, size_t *count) {
   enum { MOST = 64 };
   cl_platform_id platforms[MOST];
@@ -71,6 +75,7 @@ static hetab_status all_devices(hetab_context *ctx, cl_device_id **devices, size
   *devices = hetab_alloc(ctx, MOST, sizeof **devices);
   if (!*devices)
     return HETAB_ERR_MEMORY;
+  pthread_mutex_lock(&start_up);
   if (clGetPlatformIDs(MOST, platforms, &platform_count) != CL_SUCCESS)
     platform_count = 0;
   for (cl_uint p = 0; p < platform_count && p < MOST && *count < MOST; p++) {
@@ -80,7 +85,35 @@ static hetab_status all_devices(hetab_context *ctx, cl_device_id **devices, size
         CL_SUCCESS)
       *count += found < room ? found : room;
   }
+  pthread_mutex_unlock(&start_up);
   return HETAB_OK;
+}
+
+static void *load_runtime(void *unused) {
+  hetab_context ctx = {0};
+  cl_device_id *devices = NULL;
+  size_t count;
+  if (all_devices(&ctx, &devices, &count) == HETAB_OK)
+    free(devices);
+  return NULL;
+}
+
+struct hetab_preload {
+  pthread_t thread;
+};
+
+hetab_preload *hetab_preload_start(void) {
+  hetab_preload *preload = malloc(sizeof *preload);
+  if (preload && pthread_create(&preload->thread, NULL, load_runtime, NULL) == 0)
+    return preload;
+  free(preload);
+  return NULL;
+}
+
+void hetab_preload_finish(hetab_preload *preload) {
+  if (preload)
+    pthread_join(preload->thread, NULL);
+  free(preload);
 }
 
 static void describe(cl_device_id device, hetab_device_info *info) {

@@ -296,7 +296,7 @@ static void write_checks(FILE *out, const hetab_audit *a) {
 static void write_parameters(FILE *out, const hetab_audit *a) {
   fprintf(out, "<p>%s", hetab_audit_kind_name(a->kind));
   if (a->kind != HETAB_AUDIT_SURFACE)
-    fprintf(out, ", lookup: %s", hetab_lookup_name(a->lookup));
+    fprintf(out, ", lookup: %s", hetab_reading_name(a->lookup));
   if (a->sigma0_um > 0)
     fprintf(out, ", sigma0 %.6g \u00b5m, tau %.6g \u00b5m", a->sigma0_um, a->tau_um);
   if (a->channel_count && a->lambda_um)

@@ -129,7 +129,7 @@ static json_t *result_json(const audit_result *result) {
   if (a->kind == HETAB_AUDIT_H5)
     json_object_set_new(object, "separability", number(a->separability));
   if (a->kind != HETAB_AUDIT_SURFACE) {
-    json_object_set_new(object, "lookup", json_string(hetab_lookup_name(a->lookup)));
+    json_object_set_new(object, "lookup", json_string(hetab_reading_name(a->lookup)));
     json_object_set_new(object, "bytes", json_integer((json_int_t)a->bytes));
     json_object_set_new(object, "dimensions", dims_json(a));
   }

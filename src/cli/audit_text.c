@@ -27,7 +27,7 @@ static void print_head(const audit_result *result) {
   const hetab_audit *a = result->audit;
   printf("%s: %s", result->input, hetab_audit_kind_name(a->kind));
   if (a->kind != HETAB_AUDIT_SURFACE)
-    printf(", lookup %s", hetab_lookup_name(a->lookup));
+    printf(", lookup %s", hetab_reading_name(a->lookup));
   if (a->channel_count)
     printf(", %zu %s, %zu incidences", a->channel_count, a->lambda_um ? "wavelengths" : "channels",
            a->theta_count);

@@ -201,7 +201,7 @@ static int run_job(audit_job *job, char **inputs, size_t count) {
 static int start(const audit_request *request, char **inputs, size_t count) {
   audit_job job = {.request = request, .options = request->options};
   int status = CLI_FAILURE;
-  job.options.lookup = (hetab_lookup)(request->lookup + 1);
+  job.options.lookup = (hetab_reading)(request->lookup + 1);
   job.options.seed = (unsigned)request->seed;
   job.options.views = request->html != NULL;
   job.report.results = calloc(count + 1, sizeof *job.report.results);

@@ -15,7 +15,7 @@ enum { PUBLISHED_DIFFERS = 3 }; /* exit status */
 
 typedef struct request {
   const char *cutoff, *unit, *csv, *html, *surface, *index, *rows;
-  double spacing_um, outlier, wavelength_nm, cutoff_um;
+  double spacing_um, resample_um, outlier, wavelength_nm, cutoff_um;
   int level, force, json, quiet;
 } request;
 
@@ -78,7 +78,8 @@ static int write_index(roughness_job *job) {
 /* ---- scans --------------------------------------------------------------------------------- */
 
 static int load_scans(roughness_job *job, char **paths, size_t count) {
-  hetab_heights_options options = {job->request->spacing_um, job->request->unit};
+  hetab_heights_options options = {job->request->spacing_um, job->request->unit,
+                                   job->request->resample_um};
   job->heights = calloc(count, sizeof *job->heights);
   if (!job->heights)
     return cli_fail("out of memory");
@@ -238,9 +239,11 @@ static int run(const cli_command *self, int argc, char **argv) {
        "one with the largest sigma / tau, with the cut-offs tried",
        &r.cutoff, 0, 0},
       {CLI_NUMBER, "spacing", 0, "UM", "between heights, for text without x and maps without sizes",
-       &r.spacing_um, 1e-6, 1e6},
+       &r.spacing_um, 1e-6, 1e4},
       {CLI_TEXT, "unit", 0, "UNIT", "nm, um, mm or m: of text whose header names no unit", &r.unit,
        0, 0},
+      {CLI_NUMBER, "resample", 0, "UM",
+       "interpolate unequally spaced heights linearly, this far apart", &r.resample_um, 1e-6, 1e4},
       {CLI_CHOICE, "level", 0, "fit|none",
        "subtract the least-squares line of a scan, plane of a map (fit)", &r.level, 0, 0},
       {CLI_NUMBER, "outliers", 0, "K",

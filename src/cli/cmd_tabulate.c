@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "cli.h"
@@ -17,7 +18,11 @@
 static const struct {
   const char *extension;
   output_format format;
-} formats[] = {{".h5", OUTPUT_H5}, {".hdf5", OUTPUT_H5}, {".binary", OUTPUT_MERL}};
+} formats[] = {{".h5", OUTPUT_H5},
+               {".hdf5", OUTPUT_H5},
+               {".exr", OUTPUT_EXR},
+               {".binary", OUTPUT_MERL},
+               {".bsdf", OUTPUT_RGL}};
 
 static int find_format(const char *path, output_format *format) {
   size_t length = strlen(path);
@@ -32,21 +37,28 @@ static int find_format(const char *path, output_format *format) {
   return 0;
 }
 
+/* Formats that leave the specular reflectance to a CSV beside them. */
+static int has_sidecar(output_format format) {
+  return format == OUTPUT_MERL || format == OUTPUT_RGL;
+}
+
 /* NAME.binary -> NAME.specular.csv */
 static char *specular_path(const char *path) {
   char *name;
-  int stem = (int)(strlen(path) - strlen(".binary"));
+  int stem = (int)(strrchr(path, '.') - path);
   return asprintf(&name, "%.*s.specular.csv", stem, path) < 0 ? NULL : name;
 }
 
-/* No two files of the plan, sidecars included, may be one. */
+/* No two files of the plan, sidecars included, may be one; but tables of two formats may share
+ * their sidecar, which is the same. */
 static int check_distinct(const cli_command *self, const table_output *a, const table_output *b) {
   const char *files_a[] = {a->path, a->specular_path}, *files_b[] = {b->path, b->specular_path};
   if (cli_same_file(a->path, b->path))
     return cli_usage(self, "%s: the same output is given twice", b->path);
   for (int i = 0; i < 2; i++)
     for (int k = 0; k < 2; k++)
-      if (files_a[i] && files_b[k] && cli_same_file(files_a[i], files_b[k]))
+      if (files_a[i] && files_b[k] && !(i && k && a->format != b->format) &&
+          cli_same_file(files_a[i], files_b[k]))
         return cli_usage(self, "%s and %s would both write %s: give one another name", a->path,
                          b->path, files_b[k]);
   return -1;
@@ -56,9 +68,10 @@ static int add_output(const cli_command *self, tabulate_job *job, const char *pa
   table_output *output = &job->outputs[job->output_count];
   int status = -1;
   if (!find_format(path, &output->format))
-    return cli_usage(self, "%s: the name of an output ends in .h5, .hdf5 or .binary", path);
+    return cli_usage(self, "%s: the name of an output ends in .h5, .hdf5, .exr, .binary or .bsdf",
+                     path);
   output->path = path;
-  if (output->format == OUTPUT_MERL && !(output->specular_path = specular_path(path)))
+  if (has_sidecar(output->format) && !(output->specular_path = specular_path(path)))
     return cli_fail("out of memory");
   for (size_t i = 0; i < job->output_count && status < 0; i++)
     status = check_distinct(self, &job->outputs[i], output);
@@ -95,6 +108,27 @@ static int has_format(const tabulate_job *job, output_format format) {
   return 0;
 }
 
+/* --bands takes words for OpenEXR and RGL tables, and wavelengths for MERL tables. */
+static int is_channels(const char *bands) {
+  return bands && (strcmp(bands, "rgb") == 0 || strcmp(bands, "spectral") == 0);
+}
+
+static int plan_bands(const cli_command *self, tabulate_job *job) {
+  const tabulate_request *r = job->request;
+  int words = is_channels(r->bands), spectral = words && strcmp(r->bands, "spectral") == 0;
+  if (words && !has_format(job, OUTPUT_RGL) && !has_format(job, OUTPUT_EXR))
+    return cli_usage(self, "--bands %s is for .exr and .bsdf outputs, and there is none", r->bands);
+  if (r->bands && !words && !has_format(job, OUTPUT_MERL))
+    return cli_usage(self, "--bands: '%s' is neither rgb nor spectral", r->bands);
+  if (words && !spectral && r->exr_parts == HETAB_EXR_BY_WAVELENGTH)
+    return cli_usage(self, "--exr-parts wavelength holds no colour: take --bands spectral");
+  job->rgl_options.table_error = r->table_error;
+  job->rgl_options.bands = spectral ? HETAB_RGL_SPECTRAL : HETAB_RGL_RGB;
+  if (spectral || r->exr_parts == HETAB_EXR_BY_WAVELENGTH)
+    job->exr_options.bands = HETAB_EXR_SPECTRAL;
+  return -1;
+}
+
 static int plan_merl(const cli_command *self, tabulate_job *job) {
   const tabulate_request *r = job->request;
   hetab_merl_options *o = &job->merl_options;
@@ -105,9 +139,11 @@ static int plan_merl(const cli_command *self, tabulate_job *job) {
                             .seed = (unsigned)r->seed};
   static const size_t needed[] = {
       [HETAB_MERL_SRGB] = 0, [HETAB_MERL_MONO] = 1, [HETAB_MERL_BANDS] = 3};
-  size_t given = r->bands ? cli_wavelength_list(r->bands, o->band_um, 3) : 0;
-  if (r->bands && !given)
-    return cli_usage(self, "--bands: '%s' is not one or three wavelengths in nm", r->bands);
+  const char *bands = is_channels(r->bands) ? NULL : r->bands;
+  size_t given = bands ? cli_wavelength_list(bands, o->band_um, 3) : 0;
+  if (bands && !given)
+    return cli_usage(
+        self, "--bands: '%s' is not one or three wavelengths in nm, nor rgb or spectral", bands);
   if (given != needed[o->colour])
     return cli_usage(self, "--merl-colour %s takes %s",
                      o->colour == HETAB_MERL_SRGB   ? "srgb"
@@ -147,6 +183,8 @@ static hetab_status open_inputs(tabulate_job *job) {
 
 /* Float by default, double where the tolerance asks for more than float arithmetic has. */
 static hetab_precision choose_precision(const tabulate_request *r) {
+  if (r->method == HETAB_METHOD_LITERAL)
+    return HETAB_DOUBLE;
   if (r->precision >= 0)
     return (hetab_precision)r->precision;
   return r->tolerance > 0 && r->tolerance < 1e-5 ? HETAB_DOUBLE : HETAB_FLOAT;
@@ -191,26 +229,61 @@ static void write_specular_rows(FILE *stream, const hetab_surface *surface, cons
               theta_deg[i], rho[band * CSV_ANGLES + i]);
 }
 
-static int save_specular_csv(tabulate_job *job, const char *path) {
+/* Whether an output before this one has written its CSV. */
+static int specular_is_written(const tabulate_job *job, const table_output *output) {
+  for (const table_output *o = job->outputs; o < output; o++)
+    if (o->specular_path && cli_same_file(o->specular_path, output->specular_path))
+      return 1;
+  return 0;
+}
+
+static int save_specular_csv(tabulate_job *job, const table_output *output) {
   double theta_deg[CSV_ANGLES];
-  cli_text csv;
+  cli_text csv = {0};
   for (int i = 0; i < CSV_ANGLES; i++)
     theta_deg[i] = i;
-  double *rho = specular_table(job, theta_deg, CSV_ANGLES, OUTPUT_MERL);
+  double *rho = specular_table(job, theta_deg, CSV_ANGLES, output->format);
   int status = rho ? cli_text_begin(&csv) : CLI_FAILURE;
-  if (status < 0) {
+  if (status < 0 && !specular_is_written(job, output)) {
     write_specular_rows(csv.stream, job->surface, theta_deg, rho);
-    status = cli_text_save(&csv, job->ctx, path, job->request->force);
+    status = cli_text_save(&csv, job->ctx, output->specular_path, job->request->force);
   }
+  cli_text_free(&csv);
   free(rho);
   return status;
 }
 
 /* ---- dense tables -------------------------------------------------------------------------- */
 
+static hetab_status create_h5(tabulate_job *job, table_output *o, const double *rho) {
+  hetab_status status =
+      hetab_h5_create(job->ctx, o->path, job->surface, job->grid, &job->h5_options, &o->writer);
+  return status == HETAB_OK ? hetab_h5_write_specular(job->ctx, o->writer, rho) : status;
+}
+
+static hetab_status create_exr(tabulate_job *job, table_output *o, const double *rho) {
+  hetab_status status =
+      hetab_exr_create(job->ctx, o->path, job->surface, job->grid, &job->exr_options, &o->exr);
+  return status == HETAB_OK ? hetab_exr_write_specular(job->ctx, o->exr, rho) : status;
+}
+
+static void choose_exr(tabulate_job *job) {
+  const tabulate_request *r = job->request;
+  hetab_exr_options *o = &job->exr_options;
+  o->parts = (hetab_exr_parts)r->exr_parts;
+  o->element = (hetab_exr_element)r->exr_type;
+  o->slabs = hetab_engine_precision(job->engine);
+  o->method = hetab_engine_method(job->engine);
+  o->tolerance = hetab_engine_tolerance(job->engine);
+  o->device = hetab_engine_device(job->engine);
+  o->overwrite = r->force;
+}
+
 static int create_writers(tabulate_job *job) {
   const tabulate_request *r = job->request;
-  hetab_precision precision = hetab_engine_precision(job->engine);
+  hetab_precision precision = choose_precision(r);
+  if (has_format(job, OUTPUT_EXR))
+    choose_exr(job);
   job->h5_options =
       (hetab_h5_options){.element = r->element < 0 ? precision : (hetab_precision)r->element,
                          .slabs = precision,
@@ -223,14 +296,13 @@ static int create_writers(tabulate_job *job) {
   hetab_status status = HETAB_OK;
   for (size_t i = 0; i < job->output_count && status == HETAB_OK; i++) {
     table_output *o = &job->outputs[i];
-    if (o->format != OUTPUT_H5)
-      continue;
-    status =
-        hetab_h5_create(job->ctx, o->path, job->surface, job->grid, &job->h5_options, &o->writer);
-    if (status == HETAB_OK)
-      status = hetab_h5_write_specular(job->ctx, o->writer, rho);
+    if (o->format == OUTPUT_H5)
+      status = create_h5(job, o, rho);
+    else if (o->format == OUTPUT_EXR)
+      status = create_exr(job, o, rho);
   }
   free(rho);
+  job->specular_max[OUTPUT_EXR] = job->specular_max[OUTPUT_H5];
   return status == HETAB_OK ? -1 : cli_fail_context(job->ctx);
 }
 
@@ -267,7 +339,7 @@ static int slab_radiant(const tabulate_job *job, const hetab_slab *slab) {
                                o->element == HETAB_FLOAT ? (double)FLT_MAX : DBL_MAX);
 }
 
-/* A slab goes to every HDF5 output. A bad one stops the job: nothing is published. */
+/* A slab goes to every HDF5 and OpenEXR output. A bad one stops the job: nothing is published. */
 static hetab_status fan_out(hetab_context *ctx, void *user, const hetab_slab *slab) {
   tabulate_job *job = user;
   hetab_status status = HETAB_OK;
@@ -278,6 +350,8 @@ static hetab_status fan_out(hetab_context *ctx, void *user, const hetab_slab *sl
   for (size_t i = 0; i < job->output_count && status == HETAB_OK; i++)
     if (job->outputs[i].writer)
       status = hetab_h5_write_slab(ctx, job->outputs[i].writer, slab);
+    else if (job->outputs[i].exr)
+      status = hetab_exr_write_slab(ctx, job->outputs[i].exr, slab);
   return status;
 }
 
@@ -295,13 +369,11 @@ static int fill_dense(tabulate_job *job) {
   const tabulate_request *r = job->request;
   hetab_tabulate_options options = {.samples = r->samples, .seed = (unsigned)r->seed};
   hetab_report *report = &job->reports[OUTPUT_H5];
-  int status = create_writers(job);
-  if (status >= 0)
-    return status;
   cli_progress_begin(job->ctx, hetab_surface_name(job->surface), r->quiet);
   hetab_status done = hetab_tabulate(job->ctx, job->engine, job->surface, job->grid, &options,
                                      fan_out, job, report);
   cli_progress_end();
+  job->reports[OUTPUT_EXR] = *report;
   if (job->bad_slab)
     return cli_fail("entries of the table are NaN, infinite or negative: nothing written; please "
                     "report this");
@@ -317,6 +389,28 @@ static int fill_merl(tabulate_job *job) {
   return done == HETAB_OK ? check_report(report) : cli_fail_context(job->ctx);
 }
 
+static double seconds(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+static int fill_rgl(tabulate_job *job) {
+  cli_progress_begin(job->ctx, hetab_surface_name(job->surface), job->request->quiet);
+  double start = seconds();
+  hetab_status done =
+      hetab_rgl_tabulate(job->ctx, job->surface, &job->rgl_options, &job->rgl, &job->rgl_report);
+  cli_progress_end();
+  if (done != HETAB_OK)
+    return cli_fail_context(job->ctx);
+  const hetab_rgl_report *r = &job->rgl_report;
+  job->reports[OUTPUT_RGL] =
+      (hetab_report){.entries = (double)(r->theta_i_count * r->resolution * r->resolution *
+                                         hetab_rgl_channels(job->rgl)),
+                     .wall_seconds = seconds() - start};
+  return -1;
+}
+
 /* ---- publication --------------------------------------------------------------------------- */
 
 static int publish_h5(tabulate_job *job, table_output *output) {
@@ -327,13 +421,27 @@ static int publish_h5(tabulate_job *job, table_output *output) {
   return hetab_h5_commit(job->ctx, writer) == HETAB_OK ? -1 : cli_fail_context(job->ctx);
 }
 
+static int publish_exr(tabulate_job *job, table_output *output) {
+  hetab_exr_writer *writer = output->exr;
+  output->exr = NULL;
+  output->saturated = hetab_exr_saturated(writer);
+  hetab_exr_set_error(writer, &job->reports[OUTPUT_EXR].error);
+  return hetab_exr_commit(job->ctx, writer) == HETAB_OK ? -1 : cli_fail_context(job->ctx);
+}
+
+static hetab_status save_table(tabulate_job *job, const table_output *output) {
+  int force = job->request->force;
+  return output->format == OUTPUT_RGL ? hetab_rgl_save(job->ctx, job->rgl, output->path, force)
+                                      : hetab_merl_save(job->ctx, job->merl, output->path, force);
+}
+
 /* The CSV first: no table is without it. */
-static int publish_merl(tabulate_job *job, const table_output *output) {
+static int publish_with_csv(tabulate_job *job, const table_output *output) {
   int was_there = faccessat(AT_FDCWD, output->specular_path, F_OK, AT_SYMLINK_NOFOLLOW) == 0;
-  int status = save_specular_csv(job, output->specular_path);
+  int status = save_specular_csv(job, output);
   if (status >= 0)
     return status;
-  if (hetab_merl_save(job->ctx, job->merl, output->path, job->request->force) == HETAB_OK)
+  if (save_table(job, output) == HETAB_OK)
     return -1;
   if (!was_there)
     unlink(output->specular_path);
@@ -346,20 +454,38 @@ static int publish(tabulate_job *job) {
     table_output *o = &job->outputs[i];
     if (cli_signal())
       return cli_fail("stopped");
-    status = o->format == OUTPUT_H5 ? publish_h5(job, o) : publish_merl(job, o);
+    status = o->format == OUTPUT_H5    ? publish_h5(job, o)
+             : o->format == OUTPUT_EXR ? publish_exr(job, o)
+                                       : publish_with_csv(job, o);
   }
   return status;
 }
 
 /* ---- the command --------------------------------------------------------------------------- */
 
-static int evaluate(tabulate_job *job) {
-  if (open_inputs(job) != HETAB_OK || open_engine(job) != HETAB_OK)
+/* Inputs, the files' layout and the engine, if one is needed; the OpenCL runtime loads meanwhile.
+ * OpenEXR headers name the device, and come after it. */
+static int prepare(tabulate_job *job) {
+  int has_h5 = has_format(job, OUTPUT_H5), has_exr = has_format(job, OUTPUT_EXR), status = -1;
+  int device = has_h5 || has_exr || has_format(job, OUTPUT_MERL);
+  if (device && job->request->method != HETAB_METHOD_LITERAL)
+    job->preload = hetab_preload_start();
+  if (open_inputs(job) != HETAB_OK)
     return cli_fail_context(job->ctx);
-  int status = -1;
-  if (has_format(job, OUTPUT_MERL)) /* first: it can refuse, and is the shorter job */
+  if (has_h5 && !has_exr)
+    status = create_writers(job);
+  if (status < 0 && device && open_engine(job) != HETAB_OK)
+    status = cli_fail_context(job->ctx);
+  return status < 0 && has_exr ? create_writers(job) : status;
+}
+
+static int evaluate(tabulate_job *job) {
+  int status = prepare(job);
+  if (status < 0 && has_format(job, OUTPUT_RGL))
+    status = fill_rgl(job);
+  if (status < 0 && has_format(job, OUTPUT_MERL)) /* first: it can refuse, and is the shorter job */
     status = fill_merl(job);
-  if (status < 0 && has_format(job, OUTPUT_H5))
+  if (status < 0 && (has_format(job, OUTPUT_H5) || has_format(job, OUTPUT_EXR)))
     status = fill_dense(job);
   return status < 0 ? publish(job) : status;
 }
@@ -367,6 +493,8 @@ static int evaluate(tabulate_job *job) {
 static int run_job(const cli_command *self, const tabulate_request *request) {
   tabulate_job job = {.request = request};
   int status = plan_outputs(self, &job);
+  if (status < 0)
+    status = plan_bands(self, &job);
   if (status < 0)
     status = plan_merl(self, &job);
   if (status < 0)
@@ -377,11 +505,14 @@ static int run_job(const cli_command *self, const tabulate_request *request) {
     status = tabulate_summary(&job);
   for (size_t i = 0; i < job.output_count; i++) {
     hetab_h5_abort(job.outputs[i].writer);
+    hetab_exr_abort(job.outputs[i].exr);
     free(job.outputs[i].specular_path);
   }
   free(job.outputs);
   hetab_merl_free(job.merl);
+  hetab_rgl_free(job.rgl);
   hetab_engine_free(job.engine);
+  hetab_preload_finish(job.preload);
   hetab_grid_free(job.grid);
   hetab_surface_free(job.surface);
   hetab_context_free(job.ctx);
@@ -400,17 +531,25 @@ static int run(const cli_command *self, int argc, char **argv) {
 const cli_command cli_tabulate = {
     .name = "tabulate",
     .arguments = "SURFACE -o FILE [-o FILE]...",
-    .summary = "write the tables of a surface as HDF5 and MERL files",
+    .summary = "write the tables of a surface as HDF5, OpenEXR, MERL and RGL files",
     .description =
         "Evaluates SURFACE (a preset, see 'hetab surfaces', or a YAML file) over a whole grid and "
         "writes the table to each FILE: dd + ud, in 1/sr, without a cosine. Files appear whole or "
         "not at all, and none is overwritten without --force.\n\n"
         "The specular delta is not in the tables. An HDF5 file holds its reflectance rho_s as "
-        "/specular_reflectance; beside NAME.binary it is written to NAME.specular.csv.\n\n"
-        "--json prints an object with surface, device, method, precision, tolerance, version and "
-        "outputs, an array of objects with file, format (hdf5 or merl), entries, seconds, "
-        "entries_per_second, kernel_seconds, kernel_entries_per_second, error (samples, compared, "
-        "max_rel, p99_rel, rms_rel, max_abs_below_floor, bad; null without samples), specular "
-        "(max, file, in_table, cone_deg) and, for merl, clamped.",
+        "/specular_reflectance, an OpenEXR file as its last part; beside NAME.binary and NAME.bsdf "
+        "it is written to NAME.specular.csv.\n\n"
+        "An OpenEXR file holds a part for each theta_i (rows theta_r, columns phi; channels R G B, "
+        "or T.550,000000nm and so on), or for each wavelength (rows theta_i and theta_r), with the "
+        "surface and the axes as attributes.\n\n"
+        "A .bsdf is an RGL table for Mitsuba 3's and pbrt-v4's measured materials, as small as "
+        "--table-error allows; it is made on the host and needs no device.\n\n"
+        "--json prints an object with surface, device, method, precision, tolerance (these null "
+        "where no device was needed), version and outputs, an array of objects with file, format "
+        "(hdf5, exr, merl or rgl), entries, seconds, entries_per_second, kernel_seconds, "
+        "kernel_entries_per_second, error (samples, compared, max_rel, p99_rel, rms_rel, "
+        "max_abs_below_floor, bad; null without samples), specular (max, file, in_table, cone_deg) "
+        "and, for merl, clamped; for exr, saturated; for rgl, table (bands, table_error, error_l1, "
+        "bias, theta_i, resolution, bytes, clamped).",
     .run = run,
 };

@@ -350,7 +350,19 @@ static void plot_diffuse(const page *p) {
   svg_end(&plot);
 }
 
+static void write_residual_key(const page *p) {
+  char text[24];
+  fputs("<div class=\"key\">", p->out);
+  for (size_t k = 0; k < fits_shown(p) && p->report->count > 1; k++) {
+    snprintf(text, sizeof text, "%.6g nm", 1000 * view_um(&p->views[k]));
+    svg_key(p->out, strokes[k], text);
+  }
+  fputs("</div>", p->out);
+}
+
 static void write_incidences(const page *p, const hetab_fit *fit) {
+  if (p->report->count > 1)
+    fprintf(p->out, "<h3>%.6g nm</h3>", 1000 * fit->lambda_um[0]);
   fputs("<div class=\"wide\"><table><tr><th>theta_i</th><th>values</th><th>E</th><th>rms, 1/sr"
         "</th><th>bias, 1/sr</th><th>rho_dh</th><th>bound</th><th>margin</th><th>room for a</th>"
         "</tr>",
@@ -403,6 +415,7 @@ static void write_fits(const page *p) {
   plot_errors(p);
   plot_diffuse(p);
   fputs("</div>", p->out);
+  write_residual_key(p);
   for (size_t k = 0; k < fits_shown(p); k++)
     write_incidences(p, p->views[k].fit);
 }

@@ -188,11 +188,12 @@ static void write_component(FILE *out, const hetab_roughness *r, const hetab_com
     table_row(out, r->scans[c->scans[i].scan].name, values);
   }
   for (int i = 0; i < 5; i++)
-    table_row(out, names[i], rows[i]);
-  fprintf(out,
-          "</table></div><p>Non-uniformity of sigma: %.3f. sigma/tau is the report's slope; rms "
-          "slope is that of first differences.</p>\n",
-          c->non_uniformity);
+    if (i != 1 || c->count > 1)
+      table_row(out, names[i], rows[i]);
+  fputs("</table></div><p>", out);
+  if (c->count > 1)
+    fprintf(out, "Non-uniformity of sigma: %.3f. ", c->non_uniformity);
+  fputs("sigma/tau is the report's slope; rms slope is that of first differences.</p>\n", out);
 }
 
 static void write_notes(FILE *out, const hetab_roughness *r) {
@@ -231,8 +232,8 @@ void roughness_html(FILE *out, const hetab_roughness *r) {
         "content=\"width=device-width,initial-scale=1\"><title>hetab roughness</title>\n<style>\n",
         out);
   audit_html_style(out);
-  fprintf(out, "</style></head><body><h1>hetab roughness</h1><p>hetab %s: %zu scans</p>\n",
-          hetab_version(), r->count);
+  fprintf(out, "</style></head><body><h1>hetab roughness</h1><p>hetab %s: %zu scan%s</p>\n",
+          hetab_version(), r->count, r->count == 1 ? "" : "s");
   write_notes(out, r);
   write_plots(out, r);
   fputs("<h2>Unfiltered, levelled</h2>", out);

@@ -72,7 +72,7 @@ static void print_averages(const hetab_component *c) {
   for (int f = 0; f < ROUGHNESS_FIELDS; f++) {
     hetab_average a = roughness_average(c, f);
     rows[0][f] = a.mean;
-    rows[1][f] = a.count > 1 ? a.deviation : (double)NAN;
+    rows[1][f] = a.deviation;
     rows[2][f] = a.error;
     rows[3][f] = a.low;
     rows[4][f] = a.high;

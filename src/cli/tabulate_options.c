@@ -9,8 +9,8 @@
 static cli_option *output_options(cli_option *next, tabulate_request *r) {
   const cli_option options[] = {
       {CLI_LIST, "output", 'o', "FILE",
-       "write FILE: a dense HDF5 table (.h5, .hdf5) or a MERL table (.binary); several -o share "
-       "one evaluation",
+       "write FILE: a dense HDF5 table (.h5, .hdf5), the same as an OpenEXR image (.exr), a MERL "
+       "table (.binary) or an RGL table (.bsdf); several -o share one evaluation",
        &r->files, 0, 0},
       {CLI_FLAG, "force", 'f', NULL, "overwrite existing files", &r->force, 0, 0},
       {CLI_CHOICE, "element", 0, "float|double", "numbers in the HDF5 file (as --precision)",
@@ -67,15 +67,35 @@ static cli_option *engine_options(cli_option *next, tabulate_request *r) {
   return next + sizeof options / sizeof *options;
 }
 
-/* MERL tables. */
-static cli_option *merl_options(cli_option *next, tabulate_request *r) {
+/* OpenEXR tables. */
+static cli_option *exr_options(cli_option *next, tabulate_request *r) {
+  const cli_option options[] = {
+      {CLI_CHOICE, "exr-parts", 0, "theta_i|wavelength",
+       "parts of the .exr: one for each incidence, or one for each wavelength, which are spectral "
+       "(theta_i)",
+       &r->exr_parts, 0, 0},
+      {CLI_CHOICE, "exr-type", 0, "float|half",
+       "numbers in the .exr; half saturates above 65504, which is counted (float)", &r->exr_type, 0,
+       0},
+  };
+  memcpy(next, options, sizeof options);
+  return next + sizeof options / sizeof *options;
+}
+
+/* Tables for renderers. */
+static cli_option *renderer_options(cli_option *next, tabulate_request *r) {
   const cli_option options[] = {
       {CLI_CHOICE, "merl-sampling", 0, "centre|edge|mean",
        "where a MERL cell is evaluated; readers truncate, so centre serves them best (centre)",
        &r->sampling, 0, 0},
       {CLI_CHOICE, "merl-colour", 0, "srgb|mono|bands",
        "MERL channels: linear sRGB under D65, one band, or one band each (srgb)", &r->colour, 0, 0},
-      {CLI_TEXT, "bands", 0, "NM[,NM,NM]", "wavelengths of mono or bands (R,G,B)", &r->bands, 0, 0},
+      {CLI_TEXT, "bands", 0, "BANDS",
+       "OpenEXR, RGL: rgb or spectral (rgb); MERL: wavelengths in nm of mono or bands (R,G,B)",
+       &r->bands, 0, 0},
+      {CLI_NUMBER, "table-error", 0, "E",
+       "largest error of an RGL table, relative L1 at any incidence up to 80 degrees (0.01)",
+       &r->table_error, 1e-4, 0.5},
       {CLI_NUMBER, "specular-cone", 0, "DEG",
        "fold the specular delta into the MERL table as an energy-preserving lobe that wide",
        &r->cone_deg, 1e-3, 90},
@@ -87,7 +107,8 @@ static cli_option *merl_options(cli_option *next, tabulate_request *r) {
 int tabulate_parse(const cli_command *self, int argc, char **argv, tabulate_request *r) {
   cli_option options[CLI_MAX_OPTIONS + 1] = {0};
   int first;
-  merl_options(engine_options(grid_options(output_options(options, r), r), r), r);
+  cli_option *next = engine_options(grid_options(output_options(options, r), r), r);
+  renderer_options(exr_options(next, r), r);
   int status = cli_parse_options(self, options, argc, argv, &first);
   if (status >= 0)
     return status;

@@ -12,44 +12,76 @@ static double rate(double entries, double seconds) {
 /* Of the file's numbers. */
 static hetab_error_stats file_error(const tabulate_job *job, const table_output *output) {
   const hetab_error_stats *error = &job->reports[output->format].error;
+  hetab_h5_options rounded = {.element = HETAB_FLOAT, .slabs = job->exr_options.slabs};
+  if (output->format == OUTPUT_EXR)
+    return hetab_h5_error(&rounded, error);
   return output->format == OUTPUT_H5 ? hetab_h5_error(&job->h5_options, error) : *error;
 }
 
 /* ---- JSON ---------------------------------------------------------------------------------- */
 
 static json_t *specular_json(const tabulate_job *job, const table_output *output) {
-  int merl = output->format == OUTPUT_MERL;
-  double cone = merl ? job->merl_options.specular_cone_deg : 0;
+  double cone = output->format == OUTPUT_MERL ? job->merl_options.specular_cone_deg : 0;
   return json_pack("{sf so so sf}", "max", job->specular_max[output->format], "file",
-                   cli_json_text(merl ? output->specular_path : output->path), "in_table",
-                   json_boolean(cone > 0), "cone_deg", cone);
+                   cli_json_text(output->specular_path ? output->specular_path : output->path),
+                   "in_table", json_boolean(cone > 0), "cone_deg", cone);
+}
+
+static const char *bands_name(const tabulate_job *job) {
+  return job->rgl_options.bands == HETAB_RGL_SPECTRAL ? "spectral" : "rgb";
+}
+
+static json_t *rgl_json(const tabulate_job *job) {
+  const hetab_rgl_report *r = &job->rgl_report;
+  return json_pack("{ss sf sf sf sI sI sI sI}", "bands", bands_name(job), "table_error", r->target,
+                   "error_l1", r->error_l1, "bias", r->bias, "theta_i",
+                   (json_int_t)r->theta_i_count, "resolution", (json_int_t)r->resolution, "bytes",
+                   (json_int_t)r->bytes, "clamped", (json_int_t)r->clamped);
+}
+
+static const char *format_name(output_format format) {
+  static const char *const names[OUTPUT_FORMATS] = {
+      [OUTPUT_H5] = "hdf5", [OUTPUT_MERL] = "merl", [OUTPUT_RGL] = "rgl", [OUTPUT_EXR] = "exr"};
+  return names[format];
 }
 
 static json_t *output_json(const tabulate_job *job, const table_output *output) {
   const hetab_report *report = &job->reports[output->format];
   hetab_error_stats error = file_error(job, output);
   json_t *json = json_pack("{so ss sf sf sf sf sf so so}", "file", cli_json_text(output->path),
-                           "format", output->format == OUTPUT_H5 ? "hdf5" : "merl", "entries",
-                           report->entries, "seconds", report->wall_seconds, "entries_per_second",
+                           "format", format_name(output->format), "entries", report->entries,
+                           "seconds", report->wall_seconds, "entries_per_second",
                            rate(report->entries, report->wall_seconds), "kernel_seconds",
                            report->kernel_seconds, "kernel_entries_per_second",
                            rate(report->entries, report->kernel_seconds), "error",
                            cli_json_error(&error), "specular", specular_json(job, output));
   if (json && output->format == OUTPUT_MERL)
     json_object_set_new(json, "clamped", json_integer((json_int_t)report->clamped));
+  if (json && output->format == OUTPUT_EXR)
+    json_object_set_new(json, "saturated", json_integer((json_int_t)output->saturated));
+  if (json && output->format == OUTPUT_RGL)
+    json_object_set_new(json, "table", rgl_json(job));
   return json;
+}
+
+static json_t *engine_json(const hetab_engine *engine) {
+  if (!engine)
+    return json_pack("{sn sn sn sn}", "device", "method", "precision", "tolerance");
+  return json_pack("{so ss ss sf}", "device", cli_json_text(hetab_engine_device(engine)), "method",
+                   hetab_method_name(hetab_engine_method(engine)), "precision",
+                   hetab_precision_name(hetab_engine_precision(engine)), "tolerance",
+                   hetab_engine_tolerance(engine));
 }
 
 static int print_json(const tabulate_job *job) {
   json_t *outputs = json_array();
   for (size_t i = 0; i < job->output_count; i++)
     json_array_append_new(outputs, output_json(job, &job->outputs[i]));
-  return cli_json_print(json_pack(
-      "{so so ss ss sf ss so}", "surface", cli_json_text(hetab_surface_name(job->surface)),
-      "device", cli_json_text(hetab_engine_device(job->engine)), "method",
-      hetab_method_name(hetab_engine_method(job->engine)), "precision",
-      hetab_precision_name(hetab_engine_precision(job->engine)), "tolerance",
-      hetab_engine_tolerance(job->engine), "version", hetab_version(), "outputs", outputs));
+  json_t *json = json_pack("{so}", "surface", cli_json_text(hetab_surface_name(job->surface)));
+  json_object_update_new(json, engine_json(job->engine));
+  json_object_set_new(json, "version", json_string(hetab_version()));
+  json_object_set_new(json, "outputs", outputs);
+  return cli_json_print(json);
 }
 
 /* ---- text ---------------------------------------------------------------------------------- */
@@ -77,14 +109,34 @@ static void print_row(const tabulate_job *job, const table_output *output, int w
          report->wall_seconds, speed, kernel, max, p99, rms);
 }
 
+static void print_rgl(const tabulate_job *job, const char *path) {
+  const hetab_rgl_report *r = &job->rgl_report;
+  printf("%s: %s, %zu incidences of %zu x %zu nodes, %.2f MB; relative L1 error at most %.2g (%.2g "
+         "asked for), bias %.1g\n",
+         path, bands_name(job), r->theta_i_count, r->resolution, r->resolution,
+         1e-6 * (double)r->bytes, r->error_l1, r->target, r->bias);
+}
+
 static void print_notes(const tabulate_job *job, const table_output *output) {
-  double max = job->specular_max[output->format], cone = job->merl_options.specular_cone_deg;
+  int merl = output->format == OUTPUT_MERL;
+  double max = job->specular_max[output->format];
+  double cone = merl ? job->merl_options.specular_cone_deg : 0;
   size_t clamped = job->reports[output->format].clamped;
   if (output->format == OUTPUT_H5) {
     printf("%s: specular reflectance, at most %.3g, is in /specular_reflectance\n", output->path,
            max);
     return;
   }
+  if (output->format == OUTPUT_EXR) {
+    printf("%s: specular reflectance, at most %.3g, is in the part specular_reflectance\n",
+           output->path, max);
+    if (output->saturated)
+      printf("%s: %zu pixels above 65504 are stored as 65504: take --exr-type float\n",
+             output->path, output->saturated);
+    return;
+  }
+  if (output->format == OUTPUT_RGL)
+    print_rgl(job, output->path);
   if (cone > 0)
     printf("%s: specular reflectance, at most %.3g, folded in as a %g degree lobe; "
            "do not add %s again\n",
@@ -96,11 +148,19 @@ static void print_notes(const tabulate_job *job, const table_output *output) {
     printf("%s: %zu cells out of gamut: negative values set to 0\n", output->path, clamped);
 }
 
+static void print_engine(const tabulate_job *job) {
+  const hetab_engine *engine = job->engine;
+  if (engine)
+    printf("%s on %s, method %s, %s\n", hetab_surface_name(job->surface),
+           hetab_engine_device(engine), hetab_method_name(hetab_engine_method(engine)),
+           hetab_precision_name(hetab_engine_precision(engine)));
+  else
+    printf("%s on the host, double\n", hetab_surface_name(job->surface));
+}
+
 static int print_text(const tabulate_job *job) {
   int width = longest_path(job);
-  printf("%s on %s, method %s, %s\n", hetab_surface_name(job->surface),
-         hetab_engine_device(job->engine), hetab_method_name(hetab_engine_method(job->engine)),
-         hetab_precision_name(hetab_engine_precision(job->engine)));
+  print_engine(job);
   printf("%-*s %8s %8s %10s %10s %9s %9s %9s\n", width, "file", "entries", "seconds", "entries/s",
          "kernel/s", "max error", "p99 error", "RMS error");
   for (size_t i = 0; i < job->output_count; i++)

@@ -85,10 +85,12 @@ static hetab_status time_kernel(bench *b, const hetab_engine *engine, hetab_dens
   size_t runs = repeats(b) < 64 ? repeats(b) : 64;
   double rates[64];
   HETAB_TRY(hetab_dense_create(b->ctx, engine, b->surface, b->grid, &dense));
+  HETAB_GOTO(hetab_dense_make_atlas(b->ctx, engine, &dense));
   size_t rows = dense.rows_i;
   double entries = (double)rows * (double)dense.count[HETAB_THETA_R] *
                    (double)dense.count[HETAB_PHI] * (double)dense.wavelength_count;
   HETAB_GOTO(hetab_dense_lane_create(b->ctx, engine, &engine->lanes[0], &dense, which, &lane));
+  HETAB_GOTO(hetab_dense_lane_load(b->ctx, engine, &dense, &lane));
   HETAB_GOTO(hetab_lane_output(b->ctx, engine, lane.lane,
                                rows * dense.count[HETAB_THETA_R] * dense.count[HETAB_PHI], &out));
   HETAB_GOTO(hetab_dense_run(b->ctx, engine, &dense, &lane, 0, 0, rows, out)); /* warm-up */

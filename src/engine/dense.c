@@ -11,16 +11,12 @@
 enum { PAD = 16 /* the widest vector */ };
 static const size_t SLAB_BYTES = 32u << 20, SLAB_ROWS = 1u << 19, ROW_BYTES = 128u << 20;
 /* The atlas reaches down to this fraction of the smallest g of normal directions: only rows within
- * a quarter of a degree of grazing on both sides are below, and take the series. */
-static const double G_RANGE = 1e-5;
+ * a degree of grazing on both sides are below, and take the series. */
+static const double G_RANGE = 1e-4;
 /* Of the tolerance, what the fit of Fresnel's equations may take. */
 static const double FRESNEL_SHARE = 0.02;
 /* Entries below this may be stored as 0, 1/sr: half of the absolute error that is allowed there. */
 static const double ZERO_BELOW = 5e-15;
-
-static double tau_2sigma(const hetab_surface *surface) {
-  return hetab_surface_tau_um(surface) / (2.0 * hetab_surface_sigma0_um(surface));
-}
 
 static hetab_direction *directions(hetab_context *ctx, const hetab_surface *surface,
                                    const hetab_grid *grid, hetab_axis axis) {
@@ -28,7 +24,7 @@ static hetab_direction *directions(hetab_context *ctx, const hetab_surface *surf
   const double *deg = hetab_grid_deg(grid, axis);
   hetab_direction *d = hetab_alloc(ctx, count, sizeof *d);
   for (size_t i = 0; d && i < count; i++)
-    d[i] = hetab_direction_at(hetab_radians(deg[i]), tau_2sigma(surface));
+    d[i] = hetab_direction_at(hetab_radians(deg[i]), hetab_tau_2sigma(surface));
   return d;
 }
 
@@ -98,23 +94,27 @@ static size_t slab_rows(const hetab_engine *engine, const hetab_dense *dense) {
   return rows ? rows : 1;
 }
 
+void hetab_engine_atlas_degrees(const hetab_engine *engine, hetab_atlas *atlas) {
+  int width = 1;
+  for (int i = 0; i < engine->lane_count; i++)
+    width = width > engine->lanes[i].vector_width ? width : engine->lanes[i].vector_width;
+  hetab_atlas_degrees(HETAB_ATLAS_SHARE * engine->tolerance, width, atlas);
+}
+
 hetab_status hetab_engine_atlas(hetab_context *ctx, const hetab_engine *engine, const double *waves,
                                 size_t wave_count, double tau_2sigma, hetab_atlas *atlas) {
   double g_max = 0.0, g_min = HUGE_VAL, amplitude = 0.0;
-  int width = 1;
   for (size_t w = 0; w < wave_count; w++) {
     g_max = fmax(g_max, 4.0 * waves[w * HETAB_WAVE_REALS]);
     g_min = fmin(g_min, 4.0 * waves[w * HETAB_WAVE_REALS]);
     amplitude = fmax(amplitude, waves[w * HETAB_WAVE_REALS + 4]);
   }
-  for (int i = 0; i < engine->lane_count; i++)
-    width = width > engine->lanes[i].vector_width ? width : engine->lanes[i].vector_width;
   /* S / mu is at most sqrt(pi) tau_2sigma, at grazing, or of order 1 on steep surfaces */
   double largest = amplitude * 2.0 * fmax(1.0, M_PI * tau_2sigma * tau_2sigma);
-  double tolerance = HETAB_ATLAS_SHARE * engine->tolerance;
-  hetab_atlas_degrees(tolerance, width, atlas);
+  hetab_engine_atlas_degrees(engine, atlas);
   atlas->ln_h_end = fmin(log(ZERO_BELOW / largest), -1.0);
-  return hetab_atlas_build(ctx, G_RANGE * g_min, g_max, tolerance, atlas);
+  return hetab_atlas_build(ctx, G_RANGE * g_min, g_max, HETAB_ATLAS_SHARE * engine->tolerance,
+                           atlas);
 }
 
 hetab_status hetab_dense_create(hetab_context *ctx, const hetab_engine *engine,
@@ -140,12 +140,18 @@ hetab_status hetab_dense_create(hetab_context *ctx, const hetab_engine *engine,
       dense->count[HETAB_THETA_I] == dense->count[HETAB_THETA_R] &&
       memcmp(hetab_grid_deg(grid, HETAB_THETA_I), hetab_grid_deg(grid, HETAB_THETA_R),
              dense->count[HETAB_THETA_I] * sizeof(double)) == 0;
-  if (status == HETAB_OK && engine->method == HETAB_METHOD_ROWS)
-    status = hetab_engine_atlas(ctx, engine, dense->waves, dense->wavelength_count,
-                                tau_2sigma(surface), &dense->atlas);
+  hetab_engine_atlas_degrees(engine, &dense->atlas);
   if (status != HETAB_OK)
     hetab_dense_clear(dense);
   return status;
+}
+
+hetab_status hetab_dense_make_atlas(hetab_context *ctx, const hetab_engine *engine,
+                                    hetab_dense *dense) {
+  if (engine->method != HETAB_METHOD_ROWS)
+    return HETAB_OK;
+  return hetab_engine_atlas(ctx, engine, dense->waves, dense->wavelength_count,
+                            hetab_tau_2sigma(dense->surface), &dense->atlas);
 }
 
 void hetab_dense_clear(hetab_dense *dense) {
@@ -163,44 +169,32 @@ static const char *kernel_name(hetab_dense_kernel which) {
   return names[which];
 }
 
-static hetab_status upload_atlas(hetab_context *ctx, const hetab_engine *engine,
-                                 const hetab_atlas *atlas, hetab_dense_lane *l) {
-  size_t table = (size_t)atlas->degree_g * (size_t)atlas->pad_x;
-  HETAB_TRY(hetab_lane_upload(ctx, engine, l->lane, atlas->panels,
-                              atlas->panel_count * HETAB_PANEL_REALS, &l->panels));
-  HETAB_TRY(hetab_lane_upload(ctx, engine, l->lane, atlas->segments,
-                              atlas->segment_count * HETAB_SEGMENT_REALS, &l->segments));
-  return hetab_lane_upload(ctx, engine, l->lane, atlas->coefficients, atlas->segment_count * table,
-                           &l->coefficients);
-}
-
-static hetab_status lane_buffers(hetab_context *ctx, const hetab_engine *engine,
-                                 const hetab_dense *dense, hetab_dense_lane *l) {
-  HETAB_TRY(hetab_lane_kernel(ctx, engine, l->lane,
-                              l->which == HETAB_DENSE_ROWS ? &dense->atlas : NULL, "dense",
-                              kernel_name(l->which), &l->kernel));
-  HETAB_TRY(hetab_lane_upload(ctx, engine, l->lane, dense->waves,
-                              dense->wavelength_count * HETAB_WAVE_REALS, &l->waves));
-  HETAB_TRY(hetab_lane_upload(ctx, engine, l->lane, dense->one_plus_cos, dense->phi_padded,
-                              &l->one_plus_cos));
-  return l->which == HETAB_DENSE_ROWS ? upload_atlas(ctx, engine, &dense->atlas, l) : HETAB_OK;
-}
-
 hetab_status hetab_dense_lane_create(hetab_context *ctx, const hetab_engine *engine,
                                      const hetab_lane *lane, const hetab_dense *dense,
                                      hetab_dense_kernel which, hetab_dense_lane *out) {
   *out = (hetab_dense_lane){.lane = lane, .which = which};
-  hetab_status status = lane_buffers(ctx, engine, dense, out);
-  if (status != HETAB_OK)
-    hetab_dense_lane_clear(out);
-  return status;
+  return hetab_lane_kernel(ctx, engine, lane, which == HETAB_DENSE_ROWS ? &dense->atlas : NULL,
+                           "dense", kernel_name(which), &out->kernel);
+}
+
+hetab_status hetab_dense_lane_load(hetab_context *ctx, const hetab_engine *engine,
+                                   const hetab_dense *dense, hetab_dense_lane *l) {
+  HETAB_TRY(hetab_lane_upload(ctx, engine, l->lane, dense->waves,
+                              dense->wavelength_count * HETAB_WAVE_REALS, &l->waves));
+  HETAB_TRY(hetab_lane_upload(ctx, engine, l->lane, dense->one_plus_cos, dense->phi_padded,
+                              &l->one_plus_cos));
+  const hetab_atlas *a = &dense->atlas;
+  return l->which != HETAB_DENSE_ROWS
+             ? HETAB_OK
+             : hetab_lane_upload_atlas(ctx, engine, l->lane, a, a->coefficients,
+                                       (size_t)a->degree_g * (size_t)a->pad_x, &l->atlas);
 }
 
 void hetab_dense_lane_clear(hetab_dense_lane *l) {
-  cl_mem *const buffers[] = {&l->waves,        &l->one_plus_cos, &l->panels, &l->segments,
-                             &l->coefficients, &l->pairs,        &l->rows};
+  cl_mem *const buffers[] = {&l->waves, &l->one_plus_cos, &l->pairs, &l->rows};
   for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
     hetab_release(*buffers[i]);
+  hetab_atlas_release(&l->atlas);
   if (l->kernel)
     clReleaseKernel(l->kernel);
   *l = (hetab_dense_lane){0};
@@ -273,9 +267,9 @@ static void set_inputs(hetab_args *args, const hetab_dense *dense, const hetab_d
 }
 
 static void set_atlas(hetab_args *args, const hetab_dense *dense, const hetab_dense_lane *l) {
-  hetab_arg_mem(args, l->panels);
-  hetab_arg_mem(args, l->segments);
-  hetab_arg_mem(args, l->coefficients);
+  hetab_arg_mem(args, l->atlas.panels);
+  hetab_arg_mem(args, l->atlas.segments);
+  hetab_arg_mem(args, l->atlas.coefficients);
   hetab_arg_int(args, dense->atlas.panel_count);
   hetab_arg_int(args, (size_t)dense->atlas.first_panel);
 }

@@ -32,19 +32,27 @@ typedef struct hetab_dense_lane {
   const hetab_lane *lane;
   cl_kernel kernel;
   hetab_dense_kernel which;
-  cl_mem waves, one_plus_cos, panels, segments, coefficients;
+  cl_mem waves, one_plus_cos;
+  hetab_atlas_buffers atlas;
   cl_mem pairs, rows; /* of the theta_i rows first .. first + count */
   size_t first, count, row_count;
 } hetab_dense_lane;
 
+/* All but the numbers of the atlas, whose degrees are there: kernels can be compiled meanwhile. */
 hetab_status hetab_dense_create(hetab_context *ctx, const hetab_engine *engine,
                                 const hetab_surface *surface, const hetab_grid *grid,
                                 hetab_dense *dense);
+/* The atlas, if the engine's method has one. */
+hetab_status hetab_dense_make_atlas(hetab_context *ctx, const hetab_engine *engine,
+                                    hetab_dense *dense);
 void hetab_dense_clear(hetab_dense *dense);
 
+/* The kernel; and what it reads, once the atlas is made. Clear the lane whatever the outcome. */
 hetab_status hetab_dense_lane_create(hetab_context *ctx, const hetab_engine *engine,
                                      const hetab_lane *lane, const hetab_dense *dense,
                                      hetab_dense_kernel which, hetab_dense_lane *out);
+hetab_status hetab_dense_lane_load(hetab_context *ctx, const hetab_engine *engine,
+                                   const hetab_dense *dense, hetab_dense_lane *lane);
 void hetab_dense_lane_clear(hetab_dense_lane *lane);
 
 /* Compute theta_i rows [first, first + count) of a wavelength into out; blocks until done. */
@@ -59,6 +67,8 @@ double hetab_dense_literal(const hetab_dense *dense, size_t wavelength, size_t i
 /* Of the tolerance, what the atlas may take; the rest is for the arithmetic. */
 #define HETAB_ATLAS_SHARE 0.2
 
+/* How many coefficients the atlas has at the engine's tolerance, for the widest of its devices. */
+void hetab_engine_atlas_degrees(const hetab_engine *engine, hetab_atlas *atlas);
 /* The atlas for these waves at the engine's tolerance; it ends where no entry reaches 5e-15 / sr.
  */
 hetab_status hetab_engine_atlas(hetab_context *ctx, const hetab_engine *engine, const double *waves,

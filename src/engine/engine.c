@@ -7,6 +7,7 @@
 
 #include "cl/device.h"
 #include "cl/program.h"
+#include "kernels/tables.h"
 
 /* What the rows method can keep at best and keeps by default: float arithmetic rounds the exponent
  * to up to 8e-6, double and its polynomials give out at about 1e-11. */
@@ -222,6 +223,25 @@ hetab_status hetab_lane_upload(hetab_context *ctx, const hetab_engine *engine,
   hetab_status status = hetab_lane_upload_bytes(ctx, lane, narrow, count * sizeof *narrow, out);
   free(narrow);
   return status;
+}
+
+hetab_status hetab_lane_upload_atlas(hetab_context *ctx, const hetab_engine *engine,
+                                     const hetab_lane *lane, const hetab_atlas *atlas,
+                                     const double *coefficients, size_t table,
+                                     hetab_atlas_buffers *out) {
+  HETAB_TRY(hetab_lane_upload(ctx, engine, lane, atlas->panels,
+                              atlas->panel_count * HETAB_PANEL_REALS, &out->panels));
+  HETAB_TRY(hetab_lane_upload(ctx, engine, lane, atlas->segments,
+                              atlas->segment_count * HETAB_SEGMENT_REALS, &out->segments));
+  return hetab_lane_upload(ctx, engine, lane, coefficients, atlas->segment_count * table,
+                           &out->coefficients);
+}
+
+void hetab_atlas_release(hetab_atlas_buffers *buffers) {
+  hetab_release(buffers->panels);
+  hetab_release(buffers->segments);
+  hetab_release(buffers->coefficients);
+  *buffers = (hetab_atlas_buffers){0};
 }
 
 hetab_status hetab_lane_output(hetab_context *ctx, const hetab_engine *engine,

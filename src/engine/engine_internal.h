@@ -54,6 +54,17 @@ hetab_status hetab_lane_upload(hetab_context *ctx, const hetab_engine *engine,
 /* A read-only buffer with a copy of some bytes. */
 hetab_status hetab_lane_upload_bytes(hetab_context *ctx, const hetab_lane *lane, const void *bytes,
                                      size_t size, cl_mem *out);
+/* An atlas on a device; zeroed: none. */
+typedef struct hetab_atlas_buffers {
+  cl_mem panels, segments, coefficients;
+} hetab_atlas_buffers;
+/* coefficients[segment][table]: of the atlas, or its transpose. */
+hetab_status hetab_lane_upload_atlas(hetab_context *ctx, const hetab_engine *engine,
+                                     const hetab_lane *lane, const hetab_atlas *atlas,
+                                     const double *coefficients, size_t table,
+                                     hetab_atlas_buffers *out);
+void hetab_atlas_release(hetab_atlas_buffers *buffers);
+
 /* A buffer of count reals that the host maps to read: no copy where memory is shared. */
 hetab_status hetab_lane_output(hetab_context *ctx, const hetab_engine *engine,
                                const hetab_lane *lane, size_t count, cl_mem *out);

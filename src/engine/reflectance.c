@@ -90,8 +90,7 @@ static job job_of(const integration *in, const hetab_hemisphere *at, size_t angl
 
 /* At exactly 90 degrees there is nothing to integrate. */
 static hetab_status plan(integration *in, const double *theta_i_deg) {
-  double tau_2sigma =
-      hetab_surface_tau_um(in->surface) / (2.0 * hetab_surface_sigma0_um(in->surface));
+  double tau_2sigma = hetab_tau_2sigma(in->surface);
   in->jobs = hetab_alloc(in->ctx, in->angle_count, in->band_count * sizeof *in->jobs);
   if (!in->jobs)
     return HETAB_ERR_MEMORY;

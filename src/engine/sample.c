@@ -66,7 +66,6 @@ void hetab_sample_add(hetab_sample *sample, double value, double reference) {
   } else if (reference >= HETAB_FLOOR_PER_SR) {
     double relative = fabs(value - reference) / reference;
     sample->relative[s->compared++] = relative;
-    s->rms_rel += relative * relative;
     s->max_rel = fmax(s->max_rel, relative);
   } else {
     s->max_abs_below = fmax(s->max_abs_below, fabs(value - reference));
@@ -78,6 +77,10 @@ hetab_error_stats hetab_sample_finish(hetab_sample *sample) {
   if (s->compared) {
     qsort(sample->relative, s->compared, sizeof *sample->relative, by_value);
     s->p99_rel = sample->relative[(size_t)(0.99 * (double)(s->compared - 1))];
+    /* Summed in order of size: slabs come in any order, and reports are to be the same each time.
+     */
+    for (size_t i = 0; i < s->compared; i++)
+      s->rms_rel += sample->relative[i] * sample->relative[i];
     s->rms_rel = sqrt(s->rms_rel / (double)s->compared);
   }
   return *s;

@@ -30,6 +30,7 @@ typedef struct job {
   pthread_mutex_t mutex;
   pthread_cond_t changed;
   size_t next_task;
+  int atlas_ready;       /* the dense job is whole */
   atomic_int stop;       /* set by whoever ends the job early */
   hetab_context failure; /* message of the first thread that failed */
   hetab_status status;
@@ -133,13 +134,33 @@ static void hand_over(worker *w, slot *s, hetab_status status) {
   pthread_mutex_unlock(&job->mutex);
 }
 
+/* The atlas is being made by the caller's thread; 0 if the job ends without it. */
+static int wait_for_atlas(job *job) {
+  pthread_mutex_lock(&job->mutex);
+  while (!job->atlas_ready && !job->stop)
+    pthread_cond_wait(&job->changed, &job->mutex);
+  int ready = job->atlas_ready;
+  pthread_mutex_unlock(&job->mutex);
+  return ready;
+}
+
+/* The kernels are loaded, or compiled, while the caller's thread makes the atlas. */
+static hetab_status prepare_lane(worker *w) {
+  const hetab_engine *engine = w->job->engine;
+  hetab_dense_kernel which =
+      engine->method == HETAB_METHOD_ROWS ? HETAB_DENSE_ROWS : HETAB_DENSE_SERIES;
+  HETAB_TRY(
+      hetab_dense_lane_create(&w->ctx, engine, w->lane, &w->job->dense, which, &w->dense_lane));
+  if (!wait_for_atlas(w->job))
+    return HETAB_ERR_CANCELLED;
+  return hetab_dense_lane_load(&w->ctx, engine, &w->job->dense, &w->dense_lane);
+}
+
 static hetab_status prepare(worker *w) {
   const hetab_dense *d = &w->job->dense;
   size_t entries = d->rows_i * d->count[HETAB_THETA_R] * d->count[HETAB_PHI];
-  hetab_dense_kernel which =
-      w->job->engine->method == HETAB_METHOD_ROWS ? HETAB_DENSE_ROWS : HETAB_DENSE_SERIES;
   if (w->lane)
-    HETAB_TRY(hetab_dense_lane_create(&w->ctx, w->job->engine, w->lane, d, which, &w->dense_lane));
+    HETAB_TRY(prepare_lane(w));
   for (int i = 0; i < SLOTS_PER_LANE; i++) {
     slot *s = &w->slots[i];
     if (w->lane)
@@ -281,6 +302,15 @@ static void stop_all(job *job, worker *workers, int started) {
   }
 }
 
+static hetab_status make_atlas(job *job) {
+  HETAB_TRY(hetab_dense_make_atlas(job->ctx, job->engine, &job->dense));
+  pthread_mutex_lock(&job->mutex);
+  job->atlas_ready = 1;
+  pthread_cond_broadcast(&job->changed);
+  pthread_mutex_unlock(&job->mutex);
+  return HETAB_OK;
+}
+
 static hetab_status run(job *job, hetab_sample *sample, hetab_slab_fn sink, void *user,
                         double total) {
   int count = job->engine->lane_count ? job->engine->lane_count : 1, started = 0;
@@ -297,6 +327,8 @@ static hetab_status run(job *job, hetab_sample *sample, hetab_slab_fn sink, void
       break;
     }
   }
+  if (status == HETAB_OK)
+    status = make_atlas(job);
   if (status == HETAB_OK)
     status = deliver(job, workers, count, sample, sink, user, total);
   stop_all(job, workers, started);

@@ -102,10 +102,17 @@ static hetab_status scan(envelope *e, const hetab_point *points, size_t count, e
 
 /* ---- refining ------------------------------------------------------------------------------ */
 
+/* On a line the neighbours are two, in a rectangle eight. */
+static size_t stencil_of(const envelope *e) {
+  return e->sigma0.samples > 1 && e->tau.samples > 1 ? STENCIL : 2;
+}
+
 /* The neighbours of the best sample, at a distance that halves with every level. */
 static void neighbour(const envelope *e, const extreme *x, int which, double scale, double u[2]) {
-  static const int steps[STENCIL][2] = {{-1, -1}, {-1, 0}, {-1, 1}, {0, -1},
-                                        {0, 1},   {1, -1}, {1, 0},  {1, 1}};
+  static const int steps[STENCIL][2] = {{-1, 0},  {1, 0},  {0, -1}, {0, 1},
+                                        {-1, -1}, {-1, 1}, {1, -1}, {1, 1}};
+  if (e->sigma0.samples == 1)
+    which += 2;
   const side *sides[2] = {&e->sigma0, &e->tau};
   for (int i = 0; i < 2; i++) {
     double step = sides[i]->samples > 1 ? scale / (double)(sides[i]->samples - 1) : 0;
@@ -115,18 +122,19 @@ static void neighbour(const envelope *e, const extreme *x, int which, double sca
 
 static hetab_status refine_once(envelope *e, const hetab_point *points, size_t count,
                                 extreme *extremes, double scale) {
+  size_t stencil = stencil_of(e);
   double u[2];
-  for (size_t i = 0; i < 2 * count * STENCIL; i++) {
-    neighbour(e, &extremes[i / STENCIL], (int)(i % STENCIL), scale, u);
-    e->points[i] = moved(e, &points[i / STENCIL / 2], u);
+  for (size_t i = 0; i < 2 * count * stencil; i++) {
+    neighbour(e, &extremes[i / stencil], (int)(i % stencil), scale, u);
+    e->points[i] = moved(e, &points[i / stencil / 2], u);
   }
-  HETAB_TRY(evaluate(e, 2 * count * STENCIL));
+  HETAB_TRY(evaluate(e, 2 * count * stencil));
   for (size_t i = 0; i < 2 * count; i++) {
     extreme *x = &extremes[i], before = *x;
     double worst = x->value;
-    for (int s = 0; s < STENCIL; s++) {
-      double value = value_of(e, i * STENCIL + (size_t)s);
-      neighbour(e, &before, s, scale, u);
+    for (size_t s = 0; s < stencil; s++) {
+      double value = value_of(e, i * stencil + s);
+      neighbour(e, &before, (int)s, scale, u);
       take(x, value, u);
       worst = x->sign * value < x->sign * worst ? value : worst;
     }
@@ -183,7 +191,8 @@ static hetab_status side_of(hetab_context *ctx, const hetab_interval *interval, 
 
 static hetab_status bound_all(envelope *e, const hetab_point *points, size_t count,
                               hetab_bounds *out) {
-  size_t samples = sample_count(e), most = samples > 2 * STENCIL ? samples : 2 * STENCIL;
+  size_t samples = sample_count(e), most = 2 * stencil_of(e);
+  most = samples > most ? samples : most;
   size_t batch = BATCH / most ? BATCH / most : 1;
   if (batch > count)
     batch = count;

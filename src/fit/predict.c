@@ -9,7 +9,7 @@
 
 static const double degree = M_PI / 180;
 static const double same_theta_deg = 0.1, same_lambda_um = 1e-4, in_plane_deg = 0.5;
-static const double floor_brdf = 1e-9; /* 1/sr: below, errors are not relative */
+static const double floor_brdf = 1e-9; /* 1/sr: less is nothing */
 
 typedef struct job {
   hetab_context *ctx;
@@ -134,31 +134,51 @@ static void describe_curve(hetab_prediction *p, hetab_prediction_curve *curve) {
   curve->peak_deg = p->theta_r_deg[peak];
 }
 
-static hetab_status make_curve(job *j, size_t index, hetab_point *points) {
+/* The points of a curve, and the values that they will have. */
+static void lay_out_curve(job *j, size_t index, hetab_point *points) {
   hetab_prediction *p = j->out;
   const hetab_band *band = &j->bands[index / j->options->theta_i_count];
   double theta_i_deg = j->options->theta_i_deg[index % j->options->theta_i_count];
-  hetab_bounds *f = p->values + index * p->theta_r_count;
-  hetab_prediction_curve *curve = &p->curves[index];
-  *curve =
-      (hetab_prediction_curve){.lambda_um = band->lambda_um, .theta_i_deg = theta_i_deg, .f = f};
+  p->curves[index] = (hetab_prediction_curve){.lambda_um = band->lambda_um,
+                                              .theta_i_deg = theta_i_deg,
+                                              .f = p->values + index * p->theta_r_count};
   for (size_t i = 0; i < p->theta_r_count; i++) {
     double theta_r_deg = p->theta_r_deg[i];
     points[i] = point_at(j, band, theta_i_deg * degree, fabs(theta_r_deg) * degree,
                          theta_r_deg > 0 ? M_PI : 0);
   }
-  HETAB_TRY(bound(j, points, p->theta_r_count, HETAB_BOUNDED_TOTAL, f));
-  HETAB_TRY(bound(j, points, 1, HETAB_BOUNDED_SPECULAR, &curve->specular));
-  describe_curve(p, curve);
-  return HETAB_OK;
 }
 
+/* rho_s depends on the incidence alone: one point of each curve. */
+static hetab_status bound_specular(job *j, hetab_point *points) {
+  hetab_prediction *p = j->out;
+  hetab_bounds *specular = hetab_alloc(j->ctx, p->curve_count, sizeof *specular);
+  if (!specular)
+    return HETAB_ERR_MEMORY;
+  for (size_t i = 0; i < p->curve_count; i++)
+    points[i] = points[i * p->theta_r_count];
+  hetab_status status = bound(j, points, p->curve_count, HETAB_BOUNDED_SPECULAR, specular);
+  for (size_t i = 0; i < p->curve_count && status == HETAB_OK; i++)
+    p->curves[i].specular = specular[i];
+  free(specular);
+  return status;
+}
+
+/* All curves at once: a device is slow to start and fast to go on. */
 static hetab_status make_curves(job *j) {
+  hetab_prediction *p = j->out;
   HETAB_TRY(make_room(j));
-  hetab_point *points = hetab_alloc(j->ctx, j->out->theta_r_count, sizeof *points);
+  size_t count = p->curve_count * p->theta_r_count;
+  hetab_point *points = hetab_alloc(j->ctx, count, sizeof *points);
   hetab_status status = points ? HETAB_OK : HETAB_ERR_MEMORY;
-  for (size_t i = 0; i < j->out->curve_count && status == HETAB_OK; i++)
-    status = make_curve(j, i, points);
+  for (size_t i = 0; i < p->curve_count && status == HETAB_OK; i++)
+    lay_out_curve(j, i, points + i * p->theta_r_count);
+  if (status == HETAB_OK)
+    status = bound(j, points, count, HETAB_BOUNDED_TOTAL, p->values);
+  if (status == HETAB_OK)
+    status = bound_specular(j, points);
+  for (size_t i = 0; i < p->curve_count && status == HETAB_OK; i++)
+    describe_curve(p, &p->curves[i]);
   free(points);
   return status;
 }
@@ -192,6 +212,21 @@ static hetab_predicted_point judged_point(size_t curve, const hetab_pair_of_dire
                                  .measured = measured};
 }
 
+static hetab_status fail_apart(const job *j, const hetab_measurements *m) {
+  const hetab_pair_of_directions *pairs = hetab_measurements_pairs(m);
+  const double *lambda_um = hetab_measurements_lambda_um(m);
+  double first = INFINITY, last = 0;
+  for (size_t i = 0; i < hetab_measurements_count(m); i++) {
+    first = fmin(first, pairs[i].theta_i / degree);
+    last = fmax(last, pairs[i].theta_i / degree);
+  }
+  return hetab_fail(j->ctx, HETAB_ERR_RANGE,
+                    "%s: no measurement at any of these incidences and wavelengths: choose some "
+                    "that it has, theta_i from %.5g to %.5g degrees, %.6g to %.6g nm",
+                    hetab_measurements_name(m), first, last, 1000 * lambda_um[0],
+                    1000 * lambda_um[hetab_measurements_wavelengths(m) - 1]);
+}
+
 static hetab_status choose_points(job *j) {
   const hetab_measurements *m = j->options->measurements;
   hetab_prediction *p = j->out;
@@ -209,12 +244,7 @@ static hetab_status choose_points(job *j) {
         continue;
       p->points[p->point_count++] = judged_point(curve, &pairs[i], value);
     }
-  if (p->point_count == 0)
-    return hetab_fail(j->ctx, HETAB_ERR_RANGE,
-                      "%s: no measurement at any of these incidences and wavelengths: choose some "
-                      "that it has",
-                      hetab_measurements_name(m));
-  return HETAB_OK;
+  return p->point_count ? HETAB_OK : fail_apart(j, m);
 }
 
 static void count_point(hetab_prediction_count *count, const hetab_predicted_point *point) {
@@ -240,9 +270,9 @@ static void judge_points(const job *j) {
   double accuracy = j->options->accuracy;
   for (size_t i = 0; i < p->point_count; i++) {
     hetab_predicted_point *point = &p->points[i];
-    point->side = point->measured * (1 + accuracy) < point->f.low    ? -1
-                  : point->measured * (1 - accuracy) > point->f.high ? 1
-                                                                     : 0;
+    double most = point->measured * (1 + accuracy) + floor_brdf;
+    double least = point->measured * (1 - accuracy) - floor_brdf;
+    point->side = most < point->f.low ? -1 : least > point->f.high ? 1 : 0;
     count_point(&p->hemisphere, point);
     if (point->in_plane)
       count_point(&p->plane, point);

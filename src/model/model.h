@@ -16,7 +16,10 @@ typedef struct hetab_direction {
   double k;               /* Eq. 22; infinite at pi/2 */
 } hetab_direction;
 
-/* theta in radians, [0, pi/2]; tau_2sigma = tau / (2 sigma0). */
+/* tau / (2 sigma0). */
+double hetab_tau_2sigma(const hetab_surface *surface);
+
+/* theta in radians, [0, pi/2]. */
 hetab_direction hetab_direction_at(double theta, double tau_2sigma);
 
 /* Degrees to radians with 90 and 180 exactly pi/2 and pi. */

@@ -8,12 +8,17 @@ double hetab_node(int k, int count) {
 }
 
 void hetab_chebyshev(const double *values, int count, double *coefficients) {
-  for (int j = 0; j < count; j++) {
-    double sum = 0;
-    for (int k = 0; k < count; k++)
-      sum += values[k] * cos(M_PI * j * (k + 0.5) / count);
-    coefficients[j] = sum * (j ? 2.0 : 1.0) / count;
+  memset(coefficients, 0, (size_t)count * sizeof *coefficients);
+  for (int k = 0; k < count; k++) {
+    double x = hetab_node(k, count), t = 2.0 * values[k] / count, before = x * t;
+    for (int j = 0; j < count; j++) { /* t is T_j(x), times 2 values[k] / count */
+      double after = 2.0 * x * t - before;
+      coefficients[j] += t;
+      before = t;
+      t = after;
+    }
   }
+  coefficients[0] *= 0.5;
 }
 
 void hetab_to_powers(double *c, int count) {

@@ -43,7 +43,7 @@ hetab_average hetab_average_of(const hetab_estimate *first, size_t count, size_t
     double value = element(first, i, bytes).value;
     squares += isfinite(value) ? (value - a.mean) * (value - a.mean) : 0;
   }
-  a.deviation = a.count > 1 ? sqrt(squares / (n - 1)) : 0;
+  a.deviation = a.count > 1 ? sqrt(squares / (n - 1)) : (double)NAN;
   double within = sqrt(errors / n / worth), between = a.deviation / sqrt(worth);
   bool scatter = worth > 1.5; /* of independent scans, to speak of */
   double reach = scatter ? hetab_student_quantile(worth - 1) * between : 0;

@@ -70,7 +70,8 @@ static void mark_stretch(const double *z_um, size_t from, size_t to, size_t zone
 
 void hetab_evaluated(const double *z_um, size_t count, double spacing_um, double cutoff_um,
                      unsigned char *evaluated) {
-  size_t zone = (size_t)ceil(0.5 * cutoff_um / spacing_um);
+  /* A spacing that rounding made a little short takes no further height. */
+  size_t zone = (size_t)ceil(0.5 * cutoff_um / spacing_um * (1 - 1e-6));
   double longest_gap = 0.1 * cutoff_um / spacing_um;
   memset(evaluated, 0, count);
   size_t start = run_length(z_um, 0, count, true), at = start;

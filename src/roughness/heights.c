@@ -37,11 +37,11 @@ hetab_status hetab_heights_new(hetab_context *ctx, const char *name, size_t colu
 }
 
 static hetab_status check_spacing(hetab_context *ctx, const char *name, double spacing_um) {
-  if (spacing_um >= 1e-6 && spacing_um <= 1e6)
+  if (spacing_um >= 1e-6 && spacing_um <= 1e4)
     return HETAB_OK;
   return hetab_fail(
       ctx, HETAB_ERR_RANGE,
-      "%s: a spacing of %g um: it has to be from 1e-6 to 1e6 um; are the units right?", name,
+      "%s: a spacing of %g um: it has to be from 1e-6 to 1e4 um; are the units right?", name,
       spacing_um);
 }
 
@@ -118,70 +118,6 @@ const double *hetab_heights_z_um(const hetab_heights *heights) {
   return heights->z_um;
 }
 
-/* ---- places -------------------------------------------------------------------------------- */
-
-static int compare(const void *a, const void *b) {
-  double x = *(const double *)a, y = *(const double *)b;
-  return (x > y) - (x < y);
-}
-
-/* The usual step; then the mean of the steps that are like it, which has more digits. */
-static hetab_status usual_step(hetab_context *ctx, const char *name, const double *x_um,
-                               size_t count, double *step) {
-  double *steps = hetab_alloc(ctx, count, sizeof *steps), sum = 0;
-  if (!steps)
-    return HETAB_ERR_MEMORY;
-  for (size_t i = 0; i + 1 < count; i++)
-    steps[i] = x_um[i + 1] - x_um[i];
-  qsort(steps, count - 1, sizeof *steps, compare);
-  double median = steps[(count - 2) / 2], least = steps[0];
-  size_t like = 0;
-  for (size_t i = 0; i + 1 < count; i++)
-    if (fabs(steps[i] - median) < 0.25 * median) {
-      sum += steps[i];
-      like++;
-    }
-  free(steps);
-  if (!(least > 0))
-    return hetab_fail(
-        ctx, HETAB_ERR_PARSE,
-        "%s: x does not always increase: sort the points, and leave out repeated ones", name);
-  *step = sum / (double)like;
-  return HETAB_OK;
-}
-
-hetab_status hetab_heights_from_places(hetab_context *ctx, const char *name, const double *x_um,
-                                       const double *z_um, size_t count, size_t rows,
-                                       hetab_heights **out) {
-  double step = 0;
-  HETAB_TRY(usual_step(ctx, name, x_um, count, &step));
-  double span = (x_um[count - 1] - x_um[0]) / step;
-  if (!(span < (double)HETAB_MOST_HEIGHTS))
-    return hetab_fail(ctx, HETAB_ERR_RANGE, "%s: x spans %g usual steps of %g um: more than 2^27",
-                      name, span, step);
-  HETAB_TRY(hetab_heights_new(ctx, name, (size_t)llround(span) + 1, rows, out));
-  hetab_heights *h = *out;
-  h->spacing_um = step;
-  for (size_t i = 0; i < h->columns * rows; i++)
-    h->z_um[i] = NAN;
-  for (size_t i = 0, cell = 0; i < count; i++) {
-    double jump = i ? (x_um[i] - x_um[i - 1]) / step : 0;
-    cell += (size_t)llround(jump);
-    if (fabs(jump - round(jump)) > 0.02 || fabs((x_um[i] - x_um[0]) / step - (double)cell) > 0.5) {
-      hetab_heights_free(h);
-      *out = NULL;
-      return hetab_fail(
-          ctx, HETAB_ERR_PARSE,
-          "%s: points are unequally spaced: a step of %g um before x = %g um, usually "
-          "%g um: resample the scan evenly",
-          name, jump * step, x_um[i], step);
-    }
-    for (size_t row = 0; row < rows; row++)
-      h->z_um[row * h->columns + cell] = z_um[row * count + i];
-  }
-  return HETAB_OK;
-}
-
 /* ---- text ---------------------------------------------------------------------------------- */
 
 double hetab_length_unit(const char *text) {
@@ -246,7 +182,7 @@ static hetab_status read_by_content(hetab_context *ctx, const char *path, FILE *
   char head[5] = "", *text = NULL;
   size_t got = fread(head, 1, 4, file);
   if (starts(head, "PK\3\4"))
-    return hetab_scan_x3p(ctx, path, out);
+    return hetab_scan_x3p(ctx, path, options, out);
   if (starts(head, "bISO") || starts(head, "bBCR"))
     return hetab_fail(ctx, HETAB_ERR_UNSUPPORTED, "%s: binary SDF: export the scan as ASCII SDF",
                       path);

@@ -21,10 +21,11 @@ hetab_status hetab_heights_new(hetab_context *ctx, const char *name, size_t colu
                                hetab_heights **out);
 
 /* Puts heights z_um[rows][count], whose places are x_um[count], on an even grid: a step of several
- * usual ones becomes missing heights. Fails for steps that are no multiple of the usual. */
+ * usual ones becomes missing heights. Fails for steps that are no multiple of the usual, unless
+ * resample_um says how far apart to interpolate. */
 hetab_status hetab_heights_from_places(hetab_context *ctx, const char *name, const double *x_um,
                                        const double *z_um, size_t count, size_t rows,
-                                       hetab_heights **out);
+                                       double resample_um, hetab_heights **out);
 
 /* um in one of "pm", "nm", "um" (or with the micro sign), "mm", "cm", "m", "A"; 0: none. */
 double hetab_length_unit(const char *text);
@@ -33,7 +34,8 @@ double hetab_length_unit(const char *text);
 hetab_status hetab_scan_text(hetab_context *ctx, const char *path, char *text,
                              const hetab_heights_options *options, hetab_heights **out);
 hetab_status hetab_scan_sdf(hetab_context *ctx, const char *path, char *text, hetab_heights **out);
-hetab_status hetab_scan_x3p(hetab_context *ctx, const char *path, hetab_heights **out);
+hetab_status hetab_scan_x3p(hetab_context *ctx, const char *path,
+                            const hetab_heights_options *options, hetab_heights **out);
 
 /* A number, NAN for the words that stand for a missing height; false: neither. */
 bool hetab_height_parse(const char *text, double *value);

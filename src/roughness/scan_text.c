@@ -293,7 +293,8 @@ static hetab_status make_scans(const text_scan *t, const text_columns *c, double
     return hetab_fail(t->ctx, HETAB_ERR_PARSE, "%s: one point is no scan: is the file cut off?",
                       t->path);
   if (c->x != SIZE_MAX)
-    return hetab_heights_from_places(t->ctx, t->path, x_um, z_um, t->rows, c->count, out);
+    return hetab_heights_from_places(t->ctx, t->path, x_um, z_um, t->rows, c->count,
+                                     t->options->resample_um, out);
   HETAB_TRY(need_spacing(t));
   HETAB_TRY(hetab_heights_new(t->ctx, t->path, t->rows, c->count, out));
   (*out)->spacing_um = t->options->spacing_um;

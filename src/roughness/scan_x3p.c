@@ -21,6 +21,7 @@ typedef struct x3p_file {
   x3p_description about;
   unsigned char *points, *valid; /* the binary files, or NULL */
   size_t count[3], total;
+  double resample_um;
 } x3p_file;
 
 /* ---- members of the archive ---------------------------------------------------------------- */
@@ -231,7 +232,8 @@ static hetab_status from_places(const x3p_file *f, hetab_heights **out) {
   }
   if (x_um && z_um)
     status = count < 2 ? hetab_fail(f->ctx, HETAB_ERR_PARSE, "%s: no valid points", f->path)
-                       : hetab_heights_from_places(f->ctx, f->path, x_um, z_um, count, 1, out);
+                       : hetab_heights_from_places(f->ctx, f->path, x_um, z_um, count, 1,
+                                                   f->resample_um, out);
   free(x_um);
   free(z_um);
   return status;
@@ -262,8 +264,9 @@ static hetab_status read_open(x3p_file *f, hetab_heights **out) {
   return f->about.axis[0].absolute ? from_places(f, out) : from_grid(f, out);
 }
 
-hetab_status hetab_scan_x3p(hetab_context *ctx, const char *path, hetab_heights **out) {
-  x3p_file f = {.ctx = ctx, .path = path};
+hetab_status hetab_scan_x3p(hetab_context *ctx, const char *path,
+                            const hetab_heights_options *options, hetab_heights **out) {
+  x3p_file f = {.ctx = ctx, .path = path, .resample_um = options->resample_um};
   int code;
   f.zip = zip_open(path, ZIP_RDONLY, &code);
   if (!f.zip) {

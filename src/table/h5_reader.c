@@ -18,16 +18,22 @@ enum { WAVELENGTH, THETA_I, THETA_R, PHI, RANK };
 /* Longer axes are damage, or an attack on the memory. */
 enum { MAX_COUNT = 100000 };
 
-static const char *const axis_paths[RANK] = {"wavelength", "theta_i", "theta_r", "phi"};
+enum { SRGB_CHANNELS = 3 };
 
 struct hetab_h5_table {
   char *path; /* for messages */
   hetab_h5_descriptor descriptor;
   hid_t h5, brdf;
   hsize_t dims[RANK];
+  int srgb; /* the leading axis is `channel` */
   double *lambda_um;
   hetab_grid *grid;
 };
+
+static const char *axis_path(const hetab_h5_table *table, int axis) {
+  static const char *const paths[RANK] = {"wavelength", "theta_i", "theta_r", "phi"};
+  return axis == WAVELENGTH && table->srgb ? "channel" : paths[axis];
+}
 
 /* --- datasets ------------------------------------------------------------------------------- */
 
@@ -84,7 +90,7 @@ static hetab_status open_over_axes(hetab_context *ctx, const hetab_h5_table *tab
       H5Dclose(dataset);
       return hetab_fail(ctx, HETAB_ERR_PARSE,
                         "'%s': dimension %d of /%s has %llu entries, but /%s has %llu", table->path,
-                        i, name, (unsigned long long)dims[i], axis_paths[i],
+                        i, name, (unsigned long long)dims[i], axis_path(table, i),
                         (unsigned long long)table->dims[i]);
     }
   *out = dataset;
@@ -102,7 +108,7 @@ static hetab_status read_failed(hetab_context *ctx, const hetab_h5_table *table,
 /* An axis's values; free() them. */
 static hetab_status read_axis(hetab_context *ctx, hetab_h5_table *table, int axis, double **out,
                               const hetab_h5_errors *errors) {
-  const char *name = axis_paths[axis];
+  const char *name = axis_path(table, axis);
   hetab_status status = HETAB_OK;
   double *values = NULL;
   hid_t dataset;
@@ -141,6 +147,22 @@ static hetab_status read_wavelengths(hetab_context *ctx, hetab_h5_table *table,
   return HETAB_OK;
 }
 
+/* Tables made from linear sRGB have channels in place of wavelengths. */
+static hetab_status read_leading_axis(hetab_context *ctx, hetab_h5_table *table,
+                                      const hetab_h5_errors *errors) {
+  double *channels;
+  table->srgb = H5Lexists(table->h5, "wavelength", H5P_DEFAULT) <= 0 &&
+                H5Lexists(table->h5, "channel", H5P_DEFAULT) > 0;
+  if (!table->srgb)
+    return read_wavelengths(ctx, table, errors);
+  HETAB_TRY(read_axis(ctx, table, WAVELENGTH, &channels, errors));
+  free(channels);
+  return table->dims[WAVELENGTH] == SRGB_CHANNELS
+             ? HETAB_OK
+             : hetab_fail(ctx, HETAB_ERR_PARSE, "'%s': /channel has %llu entries in place of 3",
+                          table->path, (unsigned long long)table->dims[WAVELENGTH]);
+}
+
 static hetab_status read_angles(hetab_context *ctx, hetab_h5_table *table, hetab_axis axis,
                                 const hetab_h5_errors *errors) {
   int path = THETA_I + (int)axis;
@@ -175,24 +197,52 @@ static hetab_status open_descriptor(hetab_context *ctx, hetab_h5_table *table) {
   return HETAB_OK;
 }
 
-/* Where a chunk is missing HDF5 would leave the reader's memory as it is. */
-static hetab_status check_complete(hetab_context *ctx, const hetab_h5_table *table) {
-  hsize_t chunk[RANK], expected = 1, found = 0;
-  hid_t list = H5Dget_create_plist(table->brdf);
-  int chunked = H5Pget_layout(list) == H5D_CHUNKED && H5Pget_chunk(list, RANK, chunk) == RANK;
-  H5Pclose(list);
-  if (!chunked)
-    return hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' is no hetab table: /brdf is not chunked",
-                      table->path);
+static hetab_status incomplete(hetab_context *ctx, const hetab_h5_table *table, hsize_t found,
+                               hsize_t expected, const char *parts) {
+  return hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' is incomplete: /brdf has %llu of %llu %s",
+                    table->path, (unsigned long long)found, (unsigned long long)expected, parts);
+}
+
+static hetab_status check_chunks(hetab_context *ctx, const hetab_h5_table *table,
+                                 const hsize_t chunk[RANK]) {
+  hsize_t expected = 1, found = 0;
   for (int i = 0; i < RANK; i++)
     expected *= (table->dims[i] + chunk[i] - 1) / chunk[i];
   hid_t space = H5Dget_space(table->brdf);
   H5Dget_num_chunks(table->brdf, space, &found);
   H5Sclose(space);
-  if (found != expected)
-    return hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' is incomplete: /brdf has %llu of %llu chunks",
-                      table->path, (unsigned long long)found, (unsigned long long)expected);
-  return HETAB_OK;
+  return found == expected ? HETAB_OK : incomplete(ctx, table, found, expected, "chunks");
+}
+
+/* All in one run of bytes, and the file long enough for it. */
+static hetab_status check_run(hetab_context *ctx, const hetab_h5_table *table) {
+  hid_t type = H5Dget_type(table->brdf);
+  hsize_t expected = H5Tget_size(type), found = H5Dget_storage_size(table->brdf);
+  haddr_t start = H5Dget_offset(table->brdf);
+  struct stat about;
+  H5Tclose(type);
+  for (int i = 0; i < RANK; i++)
+    expected *= table->dims[i];
+  if (start == HADDR_UNDEF || fstat(table->descriptor.fd, &about))
+    found = 0;
+  else if ((haddr_t)about.st_size < start + found)
+    found = (haddr_t)about.st_size > start ? (haddr_t)about.st_size - start : 0;
+  return found == expected ? HETAB_OK : incomplete(ctx, table, found, expected, "bytes");
+}
+
+/* Where a part is missing HDF5 would leave the reader's memory as it is. */
+static hetab_status check_complete(hetab_context *ctx, const hetab_h5_table *table) {
+  hsize_t chunk[RANK];
+  hid_t list = H5Dget_create_plist(table->brdf);
+  H5D_layout_t layout = H5Pget_layout(list);
+  int has_chunks = layout == H5D_CHUNKED && H5Pget_chunk(list, RANK, chunk) == RANK;
+  H5Pclose(list);
+  if (has_chunks)
+    return check_chunks(ctx, table, chunk);
+  if (layout == H5D_CONTIGUOUS)
+    return check_run(ctx, table);
+  return hetab_fail(ctx, HETAB_ERR_PARSE,
+                    "'%s' is no hetab table: /brdf is neither chunked nor contiguous", table->path);
 }
 
 static hetab_status open_datasets(hetab_context *ctx, hetab_h5_table *table,
@@ -205,7 +255,7 @@ static hetab_status open_datasets(hetab_context *ctx, hetab_h5_table *table,
   if (table->h5 < 0)
     return hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' is damaged or truncated: HDF5: %s", table->path,
                       errors->text);
-  HETAB_TRY(read_wavelengths(ctx, table, errors));
+  HETAB_TRY(read_leading_axis(ctx, table, errors));
   for (hetab_axis axis = 0; axis < HETAB_AXIS_COUNT; axis++)
     HETAB_TRY(read_angles(ctx, table, axis, errors));
   for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
@@ -217,7 +267,7 @@ static hetab_status open_datasets(hetab_context *ctx, hetab_h5_table *table,
   return check_complete(ctx, table);
 }
 
-hetab_status hetab_h5_open(hetab_context *ctx, const char *path, hetab_h5_table **out) {
+hetab_status hetab_h5_open_any(hetab_context *ctx, const char *path, hetab_h5_table **out) {
   hetab_h5_errors errors;
   hetab_status status;
   *out = NULL;
@@ -240,6 +290,18 @@ done:
   else
     hetab_h5_close(table);
   return status;
+}
+
+hetab_status hetab_h5_open(hetab_context *ctx, const char *path, hetab_h5_table **out) {
+  HETAB_TRY(hetab_h5_open_any(ctx, path, out));
+  if (!(*out)->srgb)
+    return HETAB_OK;
+  hetab_h5_close(*out);
+  *out = NULL;
+  return hetab_fail(ctx, HETAB_ERR_UNSUPPORTED,
+                    "'%s' holds linear sRGB in place of wavelengths; convert it to a MERL table "
+                    "first: hetab convert '%s' NAME.binary",
+                    path, path);
 }
 
 void hetab_h5_close(hetab_h5_table *table) {

@@ -12,6 +12,7 @@
 #include "core/context.h"
 #include "table/atomic_file.h"
 #include "table/h5_common.h"
+#include "table/h5_head.h"
 
 /* Axes of /brdf, in its order. */
 enum { WAVELENGTH, THETA_I, THETA_R, PHI, RANK };
@@ -60,11 +61,12 @@ static herr_t put_words(hid_t object, const char *units, const char *long_name) 
   return put_text(object, "units", units) < 0 ? -1 : put_text(object, "long_name", long_name);
 }
 
-static herr_t put_surface(hid_t root, const hetab_surface *surface) {
-  if (put_text(root, "name", hetab_surface_name(surface)) < 0 ||
-      put_number(root, "sigma0_um", hetab_surface_sigma0_um(surface)) < 0 ||
-      put_number(root, "tau_um", hetab_surface_tau_um(surface)) < 0 ||
-      put_text(root, "index_source", hetab_index_source(hetab_surface_index(surface))) < 0)
+static herr_t put_head(hid_t root, const hetab_h5_head *head) {
+  if ((head->name && put_text(root, "name", head->name) < 0) ||
+      (isfinite(head->sigma0_um) && put_number(root, "sigma0_um", head->sigma0_um) < 0) ||
+      (isfinite(head->tau_um) && put_number(root, "tau_um", head->tau_um) < 0) ||
+      (head->index_source && put_text(root, "index_source", head->index_source) < 0) ||
+      (head->source && put_text(root, "source", head->source) < 0))
     return -1;
   return put_text(root, "hetab_version", hetab_version());
 }
@@ -103,11 +105,12 @@ static hid_t put_scale(hid_t file, const char *name, const char *units, const ch
   return H5I_INVALID_HID;
 }
 
-/* Names the dataset's dimensions and attaches their scales. */
+/* Names the dataset's dimensions after their scales and attaches these. */
 static herr_t attach(hid_t dataset, int rank, const hid_t *scales) {
-  static const char *const labels[RANK] = {"wavelength", "theta_i", "theta_r", "phi"};
+  char label[16];
   for (int i = 0; i < rank; i++)
-    if (H5DSset_label(dataset, (unsigned)i, labels[i]) < 0 ||
+    if (H5DSget_scale_name(scales[i], label, sizeof label) < 0 ||
+        H5DSset_label(dataset, (unsigned)i, label) < 0 ||
         H5DSattach_scale(dataset, scales[i], (unsigned)i) < 0)
       return -1;
   return 0;
@@ -154,27 +157,28 @@ static void choose_chunk(const hsize_t dims[RANK], size_t element, hsize_t chunk
     chunk[THETA_R] = fitting_extent(dims[THETA_R], CHUNK_MOST / row);
 }
 
-/* Space is allocated at once where its size is known, so that a full disk is found at once. */
+/* Uncompressed tables are one run of bytes: slabs are written at the disk's speed, and any reader
+ * can map the file. Their space is allocated at once, so that a full disk is found at once. */
 static hid_t brdf_creation_list(const hsize_t dims[RANK], const hetab_h5_options *options) {
   hid_t list = creation_list();
-  hsize_t chunk[RANK];
-  choose_chunk(dims, options->element == HETAB_FLOAT ? 4 : 8, chunk);
-  H5Pset_chunk(list, RANK, chunk);
   H5Pset_fill_time(list, H5D_FILL_TIME_NEVER);
-  H5Pset_alloc_time(list, options->compression ? H5D_ALLOC_TIME_INCR : H5D_ALLOC_TIME_EARLY);
   if (options->compression) {
+    hsize_t chunk[RANK];
+    choose_chunk(dims, options->element == HETAB_FLOAT ? 4 : 8, chunk);
+    H5Pset_chunk(list, RANK, chunk);
     H5Pset_shuffle(list);
     H5Pset_deflate(list, (unsigned)options->compression);
+  } else {
+    H5Pset_layout(list, H5D_CONTIGUOUS);
+    H5Pset_alloc_time(list, H5D_ALLOC_TIME_EARLY);
   }
   return list;
 }
 
-/* Uncompressed slabs pass by the chunk cache, straight to the file. */
 static hid_t create_brdf(hid_t file, const hsize_t dims[RANK], const hetab_h5_options *options) {
   hid_t creation = brdf_creation_list(dims, options);
   hid_t access = H5Pcreate(H5P_DATASET_ACCESS);
-  H5Pset_chunk_cache(access, options->compression ? 521 : 0,
-                     options->compression ? COMPRESSING_CACHE : 0, 1);
+  H5Pset_chunk_cache(access, 521, COMPRESSING_CACHE, 1);
   hid_t type = options->element == HETAB_FLOAT ? H5T_IEEE_F32LE : H5T_IEEE_F64LE;
   hid_t space = H5Screate_simple(RANK, dims, NULL);
   hid_t dataset = H5Dcreate2(file, "brdf", type, space, H5P_DEFAULT, creation, access);
@@ -199,9 +203,9 @@ static hid_t put_brdf(hid_t file, const hsize_t dims[RANK], const hid_t scales[R
 
 /* --- the layout ----------------------------------------------------------------------------- */
 
-/* The spectral quantities of the surface, as columns. */
+/* The leading axis, wavelengths or channels, and what is known for each. */
 typedef struct columns {
-  double *wavelength_nm, *n, *k, *diffuse;
+  double *axis, *n, *k, *diffuse;
 } columns;
 
 /* 0.55 um is 550 nm, not 550 and a rounding error: wavelengths are decimal numbers of nm. */
@@ -210,30 +214,35 @@ static double nanometres(double um) {
   return fabs(nm - decimal) <= 1e-15 * nm ? decimal : nm;
 }
 
-static hetab_status split_columns(hetab_context *ctx, const hetab_surface *surface,
-                                  columns *columns) {
-  const hetab_band *bands = hetab_surface_bands(surface);
-  size_t count = hetab_surface_band_count(surface);
+static hetab_status split_columns(hetab_context *ctx, const hetab_h5_head *head, columns *columns) {
+  size_t count = head->channels;
   double *memory = hetab_alloc(ctx, 4 * count, sizeof *memory);
   if (!memory)
     return HETAB_ERR_MEMORY;
-  columns->wavelength_nm = memory;
+  columns->axis = memory;
   columns->n = memory + count;
   columns->k = memory + 2 * count;
   columns->diffuse = memory + 3 * count;
   for (size_t i = 0; i < count; i++) {
-    columns->wavelength_nm[i] = nanometres(bands[i].lambda_um);
-    columns->n[i] = bands[i].n;
-    columns->k[i] = bands[i].k;
-    columns->diffuse[i] = bands[i].diffuse_brdf;
+    const hetab_band *band = head->bands ? &head->bands[i] : NULL;
+    columns->axis[i] = head->lambda_um ? nanometres(head->lambda_um[i]) : (double)i;
+    columns->n[i] = band ? band->n : (double)NAN;
+    columns->k[i] = band ? band->k : (double)NAN;
+    columns->diffuse[i] = band ? band->diffuse_brdf : (double)NAN;
   }
   return HETAB_OK;
 }
 
-static herr_t put_scales(hid_t file, const columns *columns, const hetab_grid *grid,
-                         const hsize_t dims[RANK], hid_t scales[RANK]) {
-  scales[WAVELENGTH] = put_scale(file, "wavelength", "nm", "vacuum wavelength", dims[WAVELENGTH],
-                                 columns->wavelength_nm);
+static hid_t put_leading_scale(hid_t file, const hetab_h5_head *head, const columns *columns) {
+  return head->lambda_um ? put_scale(file, "wavelength", "nm", "vacuum wavelength", head->channels,
+                                     columns->axis)
+                         : put_scale(file, "channel", "1", "linear sRGB: 0 red, 1 green, 2 blue",
+                                     head->channels, columns->axis);
+}
+
+static herr_t put_scales(hid_t file, const hetab_h5_head *head, const columns *columns,
+                         const hetab_grid *grid, const hsize_t dims[RANK], hid_t scales[RANK]) {
+  scales[WAVELENGTH] = put_leading_scale(file, head, columns);
   scales[THETA_I] = put_scale(file, "theta_i", "degree", "angle of the light from the normal",
                               dims[THETA_I], hetab_grid_deg(grid, HETAB_THETA_I));
   scales[THETA_R] = put_scale(file, "theta_r", "degree", "angle of the viewer from the normal",
@@ -261,12 +270,12 @@ static herr_t put_spectra(hid_t file, const columns *columns, const hsize_t dims
   return n < 0 || k < 0 || ud < 0 ? -1 : 0;
 }
 
-static herr_t lay_out(hetab_h5_writer *writer, const hetab_surface *surface, const hetab_grid *grid,
+static herr_t lay_out(hetab_h5_writer *writer, const hetab_h5_head *head, const hetab_grid *grid,
                       const columns *columns, const hetab_h5_options *options) {
   hid_t scales[RANK];
   hid_t file = writer->h5 = hetab_h5_file_create(&writer->descriptor);
-  if (file < 0 || put_surface(file, surface) < 0 ||
-      put_scales(file, columns, grid, writer->dims, scales) < 0 ||
+  if (file < 0 || put_head(file, head) < 0 ||
+      put_scales(file, head, columns, grid, writer->dims, scales) < 0 ||
       put_spectra(file, columns, writer->dims, scales) < 0)
     return -1;
   writer->specular = put_quantity(file, "specular_reflectance", "1",
@@ -302,7 +311,7 @@ static hetab_status check_options(hetab_context *ctx, const hetab_h5_options *op
   return HETAB_OK;
 }
 
-static hetab_status make_writer(hetab_context *ctx, const hetab_surface *surface,
+static hetab_status make_writer(hetab_context *ctx, const hetab_h5_head *head,
                                 const hetab_grid *grid, const hetab_h5_options *options,
                                 hetab_h5_writer **out) {
   hetab_h5_writer *writer = *out = hetab_alloc(ctx, 1, sizeof *writer);
@@ -311,7 +320,7 @@ static hetab_status make_writer(hetab_context *ctx, const hetab_surface *surface
   writer->h5 = writer->brdf = writer->specular = H5I_INVALID_HID;
   writer->options = *options;
   writer->slab_type = options->slabs == HETAB_FLOAT ? H5T_NATIVE_FLOAT : H5T_NATIVE_DOUBLE;
-  writer->dims[WAVELENGTH] = hetab_surface_band_count(surface);
+  writer->dims[WAVELENGTH] = head->channels;
   writer->dims[THETA_I] = hetab_grid_count(grid, HETAB_THETA_I);
   writer->dims[THETA_R] = hetab_grid_count(grid, HETAB_THETA_R);
   writer->dims[PHI] = hetab_grid_count(grid, HETAB_PHI);
@@ -322,37 +331,59 @@ static hetab_status make_writer(hetab_context *ctx, const hetab_surface *surface
 
 /* The file's structure, and the disk space that is known to be needed. */
 static hetab_status begin_table(hetab_context *ctx, hetab_h5_writer *writer,
-                                const hetab_surface *surface, const hetab_grid *grid,
+                                const hetab_h5_head *head, const hetab_grid *grid,
                                 const hetab_h5_options *options) {
   columns columns;
   hetab_h5_errors errors;
   hsize_t size = 0;
-  HETAB_TRY(split_columns(ctx, surface, &columns));
+  HETAB_TRY(split_columns(ctx, head, &columns));
   hetab_h5_errors_begin(&errors);
-  herr_t result = lay_out(writer, surface, grid, &columns, options);
+  herr_t result = lay_out(writer, head, grid, &columns, options);
   if (result >= 0)
     result = H5Fget_filesize(writer->h5, &size);
   hetab_h5_errors_end(&errors);
-  free(columns.wavelength_nm);
+  free(columns.axis);
   HETAB_TRY(outcome(ctx, writer, result, &errors));
   return hetab_atomic_reserve(ctx, writer->file, size);
+}
+
+hetab_status hetab_h5_create_from(hetab_context *ctx, const char *path, const hetab_h5_head *head,
+                                  const hetab_grid *grid, const hetab_h5_options *options,
+                                  hetab_h5_writer **out) {
+  hetab_h5_writer *writer = NULL;
+  hetab_status status;
+  *out = NULL;
+  HETAB_TRY(check_options(ctx, options));
+  HETAB_GOTO(make_writer(ctx, head, grid, options, &writer));
+  HETAB_GOTO(hetab_atomic_create(ctx, path, options->overwrite, &writer->file));
+  writer->descriptor.fd = hetab_atomic_fd(writer->file);
+  HETAB_GOTO(begin_table(ctx, writer, head, grid, options));
+  *out = writer;
+  return HETAB_OK;
+done:
+  hetab_h5_abort(writer);
+  return status;
 }
 
 hetab_status hetab_h5_create(hetab_context *ctx, const char *path, const hetab_surface *surface,
                              const hetab_grid *grid, const hetab_h5_options *options,
                              hetab_h5_writer **out) {
-  hetab_h5_writer *writer = NULL;
-  hetab_status status;
+  size_t count = hetab_surface_band_count(surface);
+  double *lambda_um = hetab_alloc(ctx, count, sizeof *lambda_um);
   *out = NULL;
-  HETAB_TRY(check_options(ctx, options));
-  HETAB_GOTO(make_writer(ctx, surface, grid, options, &writer));
-  HETAB_GOTO(hetab_atomic_create(ctx, path, options->overwrite, &writer->file));
-  writer->descriptor.fd = hetab_atomic_fd(writer->file);
-  HETAB_GOTO(begin_table(ctx, writer, surface, grid, options));
-  *out = writer;
-  return HETAB_OK;
-done:
-  hetab_h5_abort(writer);
+  if (!lambda_um)
+    return HETAB_ERR_MEMORY;
+  for (size_t i = 0; i < count; i++)
+    lambda_um[i] = hetab_surface_bands(surface)[i].lambda_um;
+  hetab_h5_head head = {.name = hetab_surface_name(surface),
+                        .sigma0_um = hetab_surface_sigma0_um(surface),
+                        .tau_um = hetab_surface_tau_um(surface),
+                        .index_source = hetab_index_source(hetab_surface_index(surface)),
+                        .channels = count,
+                        .lambda_um = lambda_um,
+                        .bands = hetab_surface_bands(surface)};
+  hetab_status status = hetab_h5_create_from(ctx, path, &head, grid, options, out);
+  free(lambda_um);
   return status;
 }
 

@@ -1,0 +1,66 @@
+/* Tables from one format to another: HDF5 (.h5) and RGL (.bsdf) tables, ours, and MERL (.binary)
+ * tables, anyone's. The input is told by its content, the output by its ending.
+ *
+ * Channels: MERL has linear sRGB; HDF5 and RGL have linear sRGB or wavelengths. From wavelengths to
+ * linear sRGB a table is integrated under D65 for the CIE 1931 observer (they have to reach from
+ * 400 to 700 nm in steps of 10 nm or less); components outside the gamut become 0 and are counted.
+ * From linear sRGB no spectrum is made up: HDF5 then has three channels in place of wavelengths, on
+ * the axis `channel`, and no n, k and uniform_diffuse (NaN); look-ups and `hetab view` read
+ * it, what needs a spectrum refuses it.
+ *
+ * What the input is at a direction: its interpolated value, as hetab_lookup_eval() gives it.
+ * Measured MERL tables have holes: cells marked invalid, negative or not numbers. They are filled
+ * from their neighbours first, smoothly in the logarithm, and counted.
+ *
+ * The specular delta goes with the table: /specular_reflectance, or NAME.specular.csv beside MERL
+ * and RGL tables, which holds spectra: from linear sRGB without such a file it cannot be written.
+ */
+#ifndef HETAB_CONVERT_H
+#define HETAB_CONVERT_H
+
+#include <stddef.h>
+#include <hetab/grid.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum hetab_format { HETAB_FORMAT_H5, HETAB_FORMAT_MERL, HETAB_FORMAT_RGL } hetab_format;
+
+const char *hetab_format_name(hetab_format format); /* "HDF5", "MERL", "RGL" */
+
+typedef struct hetab_convert_options {
+  const hetab_grid *grid; /* of HDF5; NULL: hetab_grid_create()'s */
+  int srgb;               /* linear sRGB even where wavelengths could be kept */
+  double table_error;     /* of RGL, as in hetab_rgl_options; 0: 0.01 */
+  int compression;        /* of HDF5, 0 to 9 */
+  int overwrite;
+  size_t pairs;  /* of directions, for the error; 0: 100000 */
+  unsigned seed; /* of the pairs */
+} hetab_convert_options;
+
+typedef struct hetab_convert_report {
+  hetab_format from, to;
+  size_t channels_in, channels_out;
+  int srgb_in, srgb_out;
+  /* What the conversion added: sum |out - in| cos / sum in cos over all channels and viewers, at
+   * random incidences from 0 to 80 degrees; `in` is interpolated, in the output's channels. */
+  double error_l1;              /* the output by its readers' rule: MERL truncates */
+  double error_l1_interpolated; /* by hetab_lookup_eval() */
+  double bias;                  /* as error_l1_interpolated, without the modulus */
+  size_t filled;                /* cells of the input above the horizon without data */
+  size_t clamped;               /* sRGB components below 0, set to 0 */
+  double specular_max;          /* the largest rho_s of the input */
+  int specular_kept;            /* it is in, or beside, the output; 1 if there is none */
+} hetab_convert_report;
+
+/* HETAB_ERR_UNSUPPORTED: no such format, HETAB_ERR_PARSE: a damaged input, HETAB_ERR_RANGE: no
+ * colour; the message names the file and the remedy. The output appears whole or not at all.
+ * options and report may be NULL. */
+hetab_status hetab_convert(hetab_context *ctx, const char *in, const char *out,
+                           const hetab_convert_options *options, hetab_convert_report *report);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

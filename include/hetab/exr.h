@@ -1,0 +1,83 @@
+/* OpenEXR tables (.exr): a dense table as a multi-part scan-line image, ZIP-compressed, that a
+ * shader samples as a texture and a person looks at. Written whole or not at all.
+ *
+ *   parts by theta_i (default): one part for each theta_i, "theta_i_30.00deg"; row = index of
+ *     theta_r, column = index of phi. Channels: R G B (linear sRGB under D65: the surface's
+ *     spectrum, weighted; negative where the colour is outside the gamut), or one for each
+ *     wavelength.
+ *   parts by wavelength: one part for each wavelength, "wavelength_550.00nm"; row = index of
+ *     theta_i * theta_r's count + index of theta_r, column = index of phi; one channel.
+ *   last part, "specular_reflectance": one row, column = index of theta_i, the same channels (all
+ *     wavelengths' where the parts are by wavelength): rho_s, the weight of the delta.
+ *
+ * Spectral channels are named "T.550,000000nm", and the parts carry spectralLayoutVersion "1.0", as
+ * in Fichet, Pacanowski & Wilkie, An OpenEXR Layout for Spectral Images, JCGT 10(3), 2021.
+ * Pixels are dd + ud in 1/sr, no cosine, the specular delta not in them.
+ *
+ * Attributes of every part: surface, index_source, hetab_version, method, precision, device,
+ * quantity, units (string); sigma0_um, tau_um, tolerance, error_max_rel, error_p99_rel,
+ * error_rms_rel, error_max_abs_below_floor, error_samples, error_compared (double; the errors are
+ * those of the spectral values, before colour and rounding, NaN if none were measured);
+ * wavelength_nm, n, k, uniform_diffuse, theta_i_deg, theta_r_deg, phi_deg (floatvector);
+ * chromaticities, where the channels are R G B. Of a part by theta_i also part_theta_i_deg, of one
+ * by wavelength part_wavelength_nm (double). Parts share one display window, as the format wants.
+ */
+#ifndef HETAB_EXR_H
+#define HETAB_EXR_H
+
+#include <stddef.h>
+#include <hetab/grid.h>
+#include <hetab/surface.h>
+#include <hetab/tabulate.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum hetab_exr_bands { HETAB_EXR_RGB, HETAB_EXR_SPECTRAL } hetab_exr_bands;
+typedef enum hetab_exr_parts { HETAB_EXR_BY_THETA_I, HETAB_EXR_BY_WAVELENGTH } hetab_exr_parts;
+
+/* FLOAT: exactly the numbers of an HDF5 table in float (spectral), or their weighted sum rounded
+ * once (RGB). HALF: 11 bits; above 65504 saturated, which is counted; below 6e-5 steps of 6e-8. */
+typedef enum hetab_exr_element { HETAB_EXR_FLOAT, HETAB_EXR_HALF } hetab_exr_element;
+
+typedef struct hetab_exr_options {
+  hetab_exr_bands bands; /* RGB needs wavelengths of 400-700 nm at 10 nm or finer */
+  hetab_exr_parts parts; /* BY_WAVELENGTH only with SPECTRAL */
+  hetab_exr_element element;
+  hetab_precision slabs; /* of the slabs that will be written: the engine's precision */
+  hetab_method method;   /* how they are made, for the attributes */
+  double tolerance;
+  const char *device; /* NULL: "" */
+  int overwrite;      /* 0: an existing file is HETAB_ERR_EXISTS */
+} hetab_exr_options;
+
+typedef struct hetab_exr_writer hetab_exr_writer;
+
+/* Nothing appears under path before hetab_exr_commit. HETAB_ERR_RANGE where colour is asked of too
+ * few wavelengths, for more than 4096 parts, and for tables that would have to be held in more than
+ * 4 GiB of memory. What is held: parts by theta_i, those whose wavelengths have not all come (with
+ * hetab_tabulate, 32 MiB or one theta_i row of each wavelength; RGB takes 48 bytes a pixel); parts
+ * by wavelength, the whole table as float. */
+hetab_status hetab_exr_create(hetab_context *ctx, const char *path, const hetab_surface *surface,
+                              const hetab_grid *grid, const hetab_exr_options *options,
+                              hetab_exr_writer **out);
+/* A hetab_slab_fn; user is the writer. Each slab once; HETAB_ERR_ARGUMENT for one that is outside
+ * the table or repeated, or holds a NaN or what a float does not. */
+hetab_status hetab_exr_write_slab(hetab_context *ctx, void *writer, const hetab_slab *slab);
+/* rho_s[wavelength][theta_i]. */
+hetab_status hetab_exr_write_specular(hetab_context *ctx, hetab_exr_writer *writer,
+                                      const double *rho_s);
+/* The measured errors, once all slabs are in. Optional. */
+void hetab_exr_set_error(hetab_exr_writer *writer, const hetab_error_stats *error);
+/* HALF: pixels so far that were above 65504. */
+size_t hetab_exr_saturated(const hetab_exr_writer *writer);
+/* Publishes and frees, whatever the outcome; HETAB_ERR_ARGUMENT if rows are missing. */
+hetab_status hetab_exr_commit(hetab_context *ctx, hetab_exr_writer *writer);
+/* Drops everything; NULL is fine. */
+void hetab_exr_abort(hetab_exr_writer *writer);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

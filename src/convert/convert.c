@@ -1,0 +1,89 @@
+#include <hetab/convert.h>
+
+#include <string.h>
+#include <strings.h>
+#include <sys/stat.h>
+
+#include <hetab/table.h>
+
+#include "convert/outputs.h"
+#include "convert/trial.h"
+
+const char *hetab_format_name(hetab_format format) {
+  static const char *const names[] = {"HDF5", "MERL", "RGL"};
+  return names[format];
+}
+
+static hetab_status format_of_output(hetab_context *ctx, const char *path, hetab_format *format) {
+  static const struct {
+    const char *ending;
+    hetab_format format;
+  } endings[] = {{".h5", HETAB_FORMAT_H5},
+                 {".hdf5", HETAB_FORMAT_H5},
+                 {".binary", HETAB_FORMAT_MERL},
+                 {".bsdf", HETAB_FORMAT_RGL}};
+  const char *dot = strrchr(path, '.');
+  for (size_t i = 0; dot && i < sizeof endings / sizeof *endings; i++)
+    if (strcasecmp(dot, endings[i].ending) == 0) {
+      *format = endings[i].format;
+      return HETAB_OK;
+    }
+  return hetab_fail(ctx, HETAB_ERR_UNSUPPORTED,
+                    "'%s': tables are converted to .h5 (HDF5), .binary (MERL) or .bsdf (RGL); "
+                    "choose the ending",
+                    path);
+}
+
+/* A table is read while it is written. */
+static hetab_status check_not_the_same(hetab_context *ctx, const char *in, const char *out) {
+  struct stat a, b;
+  if (stat(in, &a) == 0 && stat(out, &b) == 0 && a.st_dev == b.st_dev && a.st_ino == b.st_ino)
+    return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "'%s' and '%s' are one file; give another output",
+                      in, out);
+  return HETAB_OK;
+}
+
+static hetab_status write_output(hetab_context *ctx, hetab_convert_source *source, const char *path,
+                                 const hetab_convert_options *options,
+                                 hetab_convert_report *report) {
+  HETAB_TRY(hetab_convert_check_specular(ctx, source, report->to, path, options->overwrite,
+                                         &report->specular_max));
+  switch (report->to) {
+  case HETAB_FORMAT_H5:
+    HETAB_TRY(hetab_convert_to_h5(ctx, source, path, options));
+    break;
+  case HETAB_FORMAT_MERL:
+    HETAB_TRY(hetab_convert_to_merl(ctx, source, path, options));
+    break;
+  case HETAB_FORMAT_RGL:
+    HETAB_TRY(hetab_convert_to_rgl(ctx, source, path, options));
+    break;
+  }
+  report->clamped = source->clamped;
+  return hetab_convert_save_specular(ctx, source, report->to, path, options->overwrite,
+                                     report->specular_max, &report->specular_kept);
+}
+
+hetab_status hetab_convert(hetab_context *ctx, const char *in, const char *out,
+                           const hetab_convert_options *options, hetab_convert_report *report) {
+  hetab_convert_options o = options ? *options : (hetab_convert_options){0};
+  hetab_convert_report own;
+  hetab_convert_source source;
+  report = report ? report : &own;
+  *report = (hetab_convert_report){0};
+  HETAB_TRY(format_of_output(ctx, out, &report->to));
+  HETAB_TRY(check_not_the_same(ctx, in, out));
+  HETAB_TRY(hetab_output_check(ctx, out, o.overwrite));
+  HETAB_TRY(hetab_convert_open(ctx, in, o.srgb || report->to == HETAB_FORMAT_MERL, &source));
+  report->from = source.format;
+  report->channels_in = source.channels_in;
+  report->channels_out = source.channels;
+  report->srgb_in = !hetab_lookup_wavelengths_um(source.table);
+  report->srgb_out = !source.lambda_um;
+  report->filled = source.filled;
+  hetab_status status = write_output(ctx, &source, out, &o, report);
+  if (status == HETAB_OK)
+    status = hetab_convert_trial(ctx, &source, out, o.pairs ? o.pairs : 100000, o.seed, report);
+  hetab_convert_close(&source);
+  return status;
+}

@@ -1,0 +1,20 @@
+/* Measured MERL tables without their holes. */
+#ifndef HETAB_CONVERT_MEND_H
+#define HETAB_CONVERT_MEND_H
+
+#include <hetab/merl.h>
+
+#include "core/context.h"
+
+/* The cosines of both directions at the middle of a cell. */
+void hetab_merl_middle(size_t cell, double *mu_i, double *mu_r);
+
+/* How many cells whose middle is above the horizon have no value: marked, negative, infinite or not
+ * a number in any channel. */
+size_t hetab_merl_holes(const hetab_merl *merl);
+
+/* Gives every cell a value, below the horizon too: ring by ring, the geometric mean of the
+ * neighbours that have one. HETAB_ERR_PARSE if no cell has. */
+hetab_status hetab_merl_mend(hetab_context *ctx, const char *path, hetab_merl *merl);
+
+#endif

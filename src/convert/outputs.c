@@ -1,0 +1,337 @@
+#include "convert/outputs.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include <hetab/merl.h>
+
+#include "convert/mend.h"
+#include "table/h5_head.h"
+
+/* ---- HDF5 ---------------------------------------------------------------------------------- */
+
+/* One incidence, [channel][theta_r][phi], from pairs' values [theta_r][phi][channel]. */
+static hetab_status write_row(hetab_context *ctx, hetab_convert_source *source, size_t row,
+                              const hetab_rgl_pair *pairs, size_t count, double *values,
+                              double *slab, hetab_h5_writer *writer) {
+  HETAB_TRY(hetab_convert_values(ctx, source, pairs, count, values));
+  for (size_t c = 0; c < source->channels; c++) {
+    for (size_t i = 0; i < count; i++)
+      slab[i] = values[i * source->channels + c];
+    hetab_slab part = {c, row, 1, slab};
+    HETAB_TRY(hetab_h5_write_slab(ctx, writer, &part));
+  }
+  return HETAB_OK;
+}
+
+static void row_pairs(const hetab_grid *grid, size_t row, hetab_rgl_pair *pairs) {
+  const double radian = M_PI / 180, *deg[HETAB_AXIS_COUNT];
+  for (hetab_axis axis = 0; axis < HETAB_AXIS_COUNT; axis++)
+    deg[axis] = hetab_grid_deg(grid, axis);
+  for (size_t r = 0; r < hetab_grid_count(grid, HETAB_THETA_R); r++)
+    for (size_t p = 0; p < hetab_grid_count(grid, HETAB_PHI); p++)
+      *pairs++ = (hetab_rgl_pair){deg[HETAB_THETA_I][row] * radian, deg[HETAB_THETA_R][r] * radian,
+                                  deg[HETAB_PHI][p] * radian};
+}
+
+static hetab_status write_rows(hetab_context *ctx, hetab_convert_source *source,
+                               const hetab_grid *grid, hetab_h5_writer *writer) {
+  size_t rows = hetab_grid_count(grid, HETAB_THETA_I);
+  size_t count = hetab_grid_count(grid, HETAB_THETA_R) * hetab_grid_count(grid, HETAB_PHI);
+  hetab_rgl_pair *pairs = hetab_alloc(ctx, count, sizeof *pairs);
+  double *values = hetab_alloc(ctx, count, source->channels * sizeof *values);
+  double *slab = hetab_alloc(ctx, count, sizeof *slab);
+  hetab_status status = pairs && values && slab ? HETAB_OK : HETAB_ERR_MEMORY;
+  for (size_t row = 0; row < rows && status == HETAB_OK; row++) {
+    row_pairs(grid, row, pairs);
+    status = write_row(ctx, source, row, pairs, count, values, slab, writer);
+    if (status == HETAB_OK)
+      status = hetab_progress(ctx, (double)(row + 1), (double)rows);
+  }
+  free(pairs);
+  free(values);
+  free(slab);
+  return status;
+}
+
+static hetab_status write_specular(hetab_context *ctx, const hetab_convert_source *source,
+                                   const hetab_grid *grid, hetab_h5_writer *writer) {
+  size_t count = hetab_grid_count(grid, HETAB_THETA_I), channels = source->channels;
+  double *rho = hetab_alloc(ctx, channels * count, sizeof *rho);
+  double *value = hetab_alloc(ctx, channels, sizeof *value);
+  hetab_status status = rho && value ? HETAB_OK : HETAB_ERR_MEMORY;
+  for (size_t i = 0; i < count && status == HETAB_OK; i++) {
+    double theta_i = hetab_grid_deg(grid, HETAB_THETA_I)[i] * M_PI / 180;
+    status = hetab_convert_specular(ctx, source, theta_i, value);
+    for (size_t c = 0; c < channels; c++)
+      rho[c * count + i] = value[c];
+  }
+  if (status == HETAB_OK)
+    status = hetab_h5_write_specular(ctx, writer, rho);
+  free(rho);
+  free(value);
+  return status;
+}
+
+static hetab_status save_h5(hetab_context *ctx, hetab_convert_source *source, const char *path,
+                            const hetab_grid *grid, const hetab_convert_options *options) {
+  const hetab_h5_options h5 = {.element = HETAB_FLOAT,
+                               .slabs = HETAB_DOUBLE,
+                               .compression = options->compression,
+                               .overwrite = options->overwrite};
+  const hetab_h5_head head = {.name = source->path,
+                              .sigma0_um = (double)NAN,
+                              .tau_um = (double)NAN,
+                              .source = source->path,
+                              .channels = source->channels,
+                              .lambda_um = source->lambda_um};
+  hetab_h5_writer *writer;
+  HETAB_TRY(hetab_h5_create_from(ctx, path, &head, grid, &h5, &writer));
+  hetab_status status = write_specular(ctx, source, grid, writer);
+  if (status == HETAB_OK)
+    status = write_rows(ctx, source, grid, writer);
+  if (status == HETAB_OK)
+    return hetab_h5_commit(ctx, writer);
+  hetab_h5_abort(writer);
+  return status;
+}
+
+hetab_status hetab_convert_to_h5(hetab_context *ctx, hetab_convert_source *source, const char *path,
+                                 const hetab_convert_options *options) {
+  hetab_grid *own = NULL;
+  if (!options->grid)
+    HETAB_TRY(hetab_grid_create(ctx, &own));
+  hetab_status status = save_h5(ctx, source, path, own ? own : options->grid, options);
+  hetab_grid_free(own);
+  return status;
+}
+
+/* ---- MERL ---------------------------------------------------------------------------------- */
+
+/* The pair at the middle of a cell; 0 if that is below the horizon. */
+static int middle_pair(size_t cell, hetab_rgl_pair *pair) {
+  enum { D = HETAB_MERL_THETA_D, P = HETAB_MERL_PHI_D };
+  double h = ((double)(cell / (D * P)) + 0.5) / HETAB_MERL_THETA_H, mu_i, mu_r;
+  double theta_h = h * h * M_PI_2, theta_d = ((double)(cell / P % D) + 0.5) / D * M_PI_2;
+  double phi_d = ((double)(cell % P) + 0.5) / P * M_PI;
+  hetab_merl_middle(cell, &mu_i, &mu_r);
+  if (mu_i <= 0 || mu_r <= 0)
+    return 0;
+  double lateral = sin(theta_d) * sin(phi_d);
+  double forward = sin(theta_d) * cos(phi_d) * cos(theta_h), up = cos(theta_d) * sin(theta_h);
+  double xi = up + forward, xr = up - forward;
+  *pair = (hetab_rgl_pair){atan2(hypot(xi, lateral), mu_i), atan2(hypot(xr, lateral), mu_r),
+                           atan2(-lateral, xr) - atan2(lateral, xi)};
+  return 1;
+}
+
+/* The cells [first, end). */
+static hetab_status fill_cells(hetab_context *ctx, hetab_convert_source *source, size_t first,
+                               size_t end, hetab_rgl_pair *pairs, double *values,
+                               hetab_merl *merl) {
+  size_t count = 0;
+  hetab_rgl_pair pair;
+  for (size_t cell = first; cell < end; cell++)
+    if (middle_pair(cell, &pair))
+      pairs[count++] = pair;
+  HETAB_TRY(hetab_convert_values(ctx, source, pairs, count, values));
+  for (size_t cell = first; cell < end; cell++)
+    if (middle_pair(cell, &pair))
+      for (int c = 0; c < 3; c++)
+        hetab_merl_channel(merl, c)[cell] = *values++;
+  return HETAB_OK;
+}
+
+hetab_status hetab_convert_to_merl(hetab_context *ctx, hetab_convert_source *source,
+                                   const char *path, const hetab_convert_options *options) {
+  enum { ROW = HETAB_MERL_THETA_D * HETAB_MERL_PHI_D };
+  hetab_merl *merl = NULL;
+  hetab_rgl_pair *pairs = hetab_alloc(ctx, ROW, sizeof *pairs);
+  double *values = hetab_alloc(ctx, 3 * ROW, sizeof *values);
+  hetab_status status = pairs && values ? hetab_merl_create(ctx, &merl) : HETAB_ERR_MEMORY;
+  for (size_t row = 0; row < HETAB_MERL_THETA_H && status == HETAB_OK; row++) {
+    status = fill_cells(ctx, source, row * ROW, (row + 1) * ROW, pairs, values, merl);
+    if (status == HETAB_OK)
+      status = hetab_progress(ctx, (double)(row + 1), HETAB_MERL_THETA_H);
+  }
+  if (status == HETAB_OK)
+    status = hetab_merl_save(ctx, merl, path, options->overwrite);
+  hetab_merl_free(merl);
+  free(pairs);
+  free(values);
+  return status;
+}
+
+/* ---- RGL ----------------------------------------------------------------------------------- */
+
+/* RGL tables sample what they reflect. */
+static hetab_status check_not_black(hetab_context *ctx, const hetab_convert_source *source) {
+  float *albedo = hetab_alloc(ctx, source->channels_in, sizeof *albedo);
+  int lit = 0;
+  if (!albedo)
+    return HETAB_ERR_MEMORY;
+  for (int deg = 0; deg <= 80; deg += 10) {
+    const float wi[3] = {(float)sin(deg * M_PI / 180), 0, (float)cos(deg * M_PI / 180)};
+    hetab_lookup_albedo(source->table, wi, albedo);
+    for (size_t c = 0; c < source->channels_in; c++)
+      lit |= albedo[c] > 0;
+  }
+  free(albedo);
+  return lit ? HETAB_OK
+             : hetab_fail(ctx, HETAB_ERR_RANGE,
+                          "'%s' is black at every incidence: an RGL table of it cannot be sampled; "
+                          "convert it to .h5 or .binary",
+                          source->path);
+}
+
+hetab_status hetab_convert_to_rgl(hetab_context *ctx, hetab_convert_source *source,
+                                  const char *path, const hetab_convert_options *options) {
+  char description[512];
+  const char *slash = strrchr(source->path, '/');
+  snprintf(description, sizeof description, "converted from %s by hetab %s",
+           slash ? slash + 1 : source->path, hetab_version());
+  const hetab_rgl_source table = {.channels = source->channels,
+                                  .wavelengths_um = source->lambda_um,
+                                  .description = description,
+                                  .values = hetab_convert_values,
+                                  .user = source};
+  const hetab_rgl_options rgl_options = {.bands =
+                                             source->lambda_um ? HETAB_RGL_SPECTRAL : HETAB_RGL_RGB,
+                                         .table_error = options->table_error};
+  hetab_rgl_report report;
+  hetab_rgl *rgl;
+  HETAB_TRY(check_not_black(ctx, source));
+  HETAB_TRY(hetab_rgl_build(ctx, &table, &rgl_options, &rgl, &report));
+  hetab_status status = hetab_rgl_save(ctx, rgl, path, options->overwrite);
+  hetab_rgl_free(rgl);
+  return status;
+}
+
+/* ---- the specular delta -------------------------------------------------------------------- */
+
+/* NAME.x -> NAME.specular.csv; free() it. */
+static char *specular_path(hetab_context *ctx, const char *path) {
+  char *name;
+  const char *slash = strrchr(path, '/'), *dot = strrchr(path, '.');
+  int stem = (int)(dot && dot > (slash ? slash : path) ? (size_t)(dot - path) : strlen(path));
+  if (asprintf(&name, "%.*s.specular.csv", stem, path) >= 0)
+    return name;
+  hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for the name of '%s'", path);
+  return NULL;
+}
+
+enum { ANGLES = 91 };
+
+/* Every degree of every wavelength of the table, before it was made sRGB. */
+static hetab_status write_csv(hetab_context *ctx, const hetab_convert_source *source,
+                              const char *path, int overwrite) {
+  const double *lambda_um = hetab_lookup_wavelengths_um(source->table);
+  float *rho = hetab_alloc(ctx, ANGLES, source->channels_in * sizeof *rho);
+  char *text = NULL;
+  size_t size;
+  FILE *stream = rho ? open_memstream(&text, &size) : NULL;
+  if (!stream) {
+    free(rho);
+    return rho ? hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for '%s'", path)
+               : HETAB_ERR_MEMORY;
+  }
+  for (int i = 0; i < ANGLES; i++) {
+    const float wi[3] = {(float)sin(i * M_PI / 180), 0, (float)cos(i * M_PI / 180)};
+    hetab_lookup_specular(source->table, wi, rho + (size_t)i * source->channels_in);
+  }
+  fputs("wavelength_nm,theta_i_deg,rho_s\n", stream);
+  for (size_t b = 0; b < source->channels_in; b++)
+    for (int i = 0; i < ANGLES; i++)
+      fprintf(stream, "%.10g,%d,%.9g\n", 1000 * lambda_um[b], i,
+              (double)rho[(size_t)i * source->channels_in + b]);
+  fclose(stream);
+  hetab_status status = hetab_text_save(ctx, path, text, size, overwrite);
+  free(text);
+  free(rho);
+  return status;
+}
+
+/* The file beside the input, if there is one, beside the output. */
+static hetab_status copy_csv(hetab_context *ctx, const hetab_convert_source *source,
+                             const char *path, int overwrite, int *kept) {
+  char *from = specular_path(ctx, source->path), *text = NULL;
+  size_t size = 0;
+  if (!from)
+    return HETAB_ERR_MEMORY;
+  FILE *file = fopen(from, "rbe");
+  ssize_t read = file ? getdelim(&text, &size, '\0', file) : -1;
+  if (file)
+    fclose(file);
+  *kept = read > 0;
+  hetab_status status =
+      *kept ? hetab_text_save(ctx, path, text, (size_t)read, overwrite) : HETAB_OK;
+  free(text);
+  free(from);
+  return status;
+}
+
+static double largest_specular(const hetab_convert_source *source, float *rho) {
+  float largest = 0;
+  for (int i = 0; i < ANGLES; i++) {
+    const float wi[3] = {(float)sin(i * M_PI / 180), 0, (float)cos(i * M_PI / 180)};
+    hetab_lookup_specular(source->table, wi, rho);
+    for (size_t c = 0; c < source->channels_in; c++)
+      largest = fmaxf(largest, rho[c]);
+  }
+  return (double)largest;
+}
+
+/* What the file beside the output is called; NULL: there is nothing to write, for there is no
+ * delta, HDF5 holds it, or the file beside the input is that one. */
+static hetab_status path_beside(hetab_context *ctx, const hetab_convert_source *source,
+                                hetab_format format, const char *path, double largest,
+                                char **name) {
+  *name = NULL;
+  if (largest == 0 || format == HETAB_FORMAT_H5)
+    return HETAB_OK;
+  *name = specular_path(ctx, path);
+  char *from = specular_path(ctx, source->path);
+  struct stat a, b;
+  int same = *name && from && stat(*name, &a) == 0 && stat(from, &b) == 0 && a.st_dev == b.st_dev &&
+             a.st_ino == b.st_ino && source->format != HETAB_FORMAT_H5;
+  hetab_status status = *name && from ? HETAB_OK : HETAB_ERR_MEMORY;
+  free(from);
+  if (same || status != HETAB_OK) {
+    free(*name);
+    *name = NULL;
+  }
+  return status;
+}
+
+hetab_status hetab_convert_check_specular(hetab_context *ctx, const hetab_convert_source *source,
+                                          hetab_format format, const char *path, int overwrite,
+                                          double *largest) {
+  char *name;
+  float *rho = hetab_alloc(ctx, source->channels_in, sizeof *rho);
+  if (!rho)
+    return HETAB_ERR_MEMORY;
+  *largest = largest_specular(source, rho);
+  free(rho);
+  HETAB_TRY(path_beside(ctx, source, format, path, *largest, &name));
+  hetab_status status = name ? hetab_output_check(ctx, name, overwrite) : HETAB_OK;
+  free(name);
+  return status;
+}
+
+hetab_status hetab_convert_save_specular(hetab_context *ctx, const hetab_convert_source *source,
+                                         hetab_format format, const char *path, int overwrite,
+                                         double largest, int *kept) {
+  char *name;
+  *kept = 1;
+  HETAB_TRY(path_beside(ctx, source, format, path, largest, &name));
+  if (!name)
+    return HETAB_OK;
+  hetab_status status = hetab_lookup_wavelengths_um(source->table)
+                            ? write_csv(ctx, source, name, overwrite)
+                            : copy_csv(ctx, source, name, overwrite, kept);
+  free(name);
+  return status;
+}

@@ -1,0 +1,24 @@
+/* The formats that a table is converted to; each file appears whole or not at all. */
+#ifndef HETAB_CONVERT_OUTPUTS_H
+#define HETAB_CONVERT_OUTPUTS_H
+
+#include "convert/source.h"
+
+hetab_status hetab_convert_to_h5(hetab_context *ctx, hetab_convert_source *source, const char *path,
+                                 const hetab_convert_options *options);
+hetab_status hetab_convert_to_merl(hetab_context *ctx, hetab_convert_source *source,
+                                   const char *path, const hetab_convert_options *options);
+hetab_status hetab_convert_to_rgl(hetab_context *ctx, hetab_convert_source *source,
+                                  const char *path, const hetab_convert_options *options);
+
+/* The largest rho_s of the table; fails if NAME.specular.csv would have to be written beside the
+ * output and could not be. */
+hetab_status hetab_convert_check_specular(hetab_context *ctx, const hetab_convert_source *source,
+                                          hetab_format format, const char *path, int overwrite,
+                                          double *largest);
+/* Writes it; *kept: whether all of the delta is in or beside the output. */
+hetab_status hetab_convert_save_specular(hetab_context *ctx, const hetab_convert_source *source,
+                                         hetab_format format, const char *path, int overwrite,
+                                         double largest, int *kept);
+
+#endif

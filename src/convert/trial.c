@@ -1,0 +1,102 @@
+#include "convert/trial.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include <hetab/merl.h>
+
+typedef struct trial {
+  const hetab_convert_source *source;
+  hetab_lookup *out;
+  hetab_merl *merl; /* read by cells; NULL: the output's rule is the interpolated one */
+  uint64_t random;
+  float *in_value, *out_value;
+  double *expected;
+  double sum, error, error_own, bias;
+} trial;
+
+/* Uniform in [0, 1): Knuth's MMIX generator, the upper bits. */
+static double draw(trial *t) {
+  t->random = t->random * 6364136223846793005u + 1442695040888963407u;
+  return (double)(t->random >> 40) * 0x1p-24;
+}
+
+/* A viewer for wi, from the mixture of both densities; returns cos(theta_o) over that, or 0. */
+static double draw_viewer(trial *t, const float wi[3], float wo[3]) {
+  const float u[2] = {(float)draw(t), (float)draw(t)};
+  if (draw(t) < 0.5) {
+    double radius = sqrt((double)u[0]), phi = 2 * M_PI * (double)u[1];
+    wo[0] = (float)(radius * cos(phi));
+    wo[1] = (float)(radius * sin(phi));
+    wo[2] = (float)sqrt(1 - (double)u[0]);
+  } else if (!(hetab_lookup_sample(t->source->table, wi, u, wo, t->in_value) > 0)) {
+    return 0;
+  }
+  double cosine = (double)wo[2];
+  double density = 0.5 * (double)hetab_lookup_pdf(t->source->table, wi, wo) + 0.5 * cosine / M_PI;
+  return cosine > 0 ? cosine / density : 0;
+}
+
+/* The output's values by its readers' rule. */
+static double own_value(const trial *t, const double rgb[3], size_t channel) {
+  return t->merl ? fmax(rgb[channel], 0) : (double)t->out_value[channel];
+}
+
+static void add_pair(trial *t, const float wi[3], const float wo[3], double weight) {
+  double rgb[3] = {0};
+  hetab_lookup_eval(t->source->table, wi, wo, t->in_value);
+  hetab_convert_channels(t->source, t->in_value, t->expected);
+  hetab_lookup_eval(t->out, wi, wo, t->out_value);
+  if (t->merl)
+    hetab_merl_lookup(t->merl, acos((double)wi[2]), acos((double)wo[2]),
+                      atan2((double)wo[1], (double)wo[0]), rgb);
+  for (size_t c = 0; c < t->source->channels; c++) {
+    double difference = (double)t->out_value[c] - t->expected[c];
+    t->sum += weight * t->expected[c];
+    t->bias += weight * difference;
+    t->error += weight * fabs(difference);
+    t->error_own += weight * fabs(own_value(t, rgb, c) - t->expected[c]);
+  }
+}
+
+static hetab_status run(hetab_context *ctx, trial *t, size_t pairs) {
+  const double steepest = 80 * M_PI / 180;
+  for (size_t i = 0; i < pairs; i++) {
+    double theta_i = draw(t) * steepest;
+    float wi[3] = {(float)sin(theta_i), 0, (float)cos(theta_i)}, wo[3];
+    double weight = draw_viewer(t, wi, wo);
+    if (weight > 0)
+      add_pair(t, wi, wo, weight);
+    if (i % 4096 == 0)
+      HETAB_TRY(hetab_progress(ctx, (double)i, (double)pairs));
+  }
+  return HETAB_OK;
+}
+
+hetab_status hetab_convert_trial(hetab_context *ctx, const hetab_convert_source *source,
+                                 const char *path, size_t pairs, unsigned seed,
+                                 hetab_convert_report *report) {
+  trial t = {.source = source, .random = seed * 0x9E3779B97F4A7C15u + 1};
+  hetab_status status;
+  t.in_value = hetab_alloc(ctx, source->channels_in, sizeof *t.in_value);
+  t.out_value = hetab_alloc(ctx, source->channels, sizeof *t.out_value);
+  t.expected = hetab_alloc(ctx, source->channels, sizeof *t.expected);
+  if (!t.in_value || !t.out_value || !t.expected)
+    HETAB_GOTO(HETAB_ERR_MEMORY);
+  HETAB_GOTO(hetab_lookup_open(ctx, path, HETAB_LOOKUP_INTERPOLATE, &t.out));
+  if (report->to == HETAB_FORMAT_MERL)
+    HETAB_GOTO(hetab_merl_load(ctx, path, &t.merl));
+  HETAB_GOTO(run(ctx, &t, pairs));
+  double scale = t.sum > 0 ? 1 / t.sum : 0;
+  report->error_l1 = t.error_own * scale;
+  report->error_l1_interpolated = t.error * scale;
+  report->bias = t.bias * scale;
+done:
+  free(t.in_value);
+  free(t.out_value);
+  free(t.expected);
+  hetab_lookup_free(t.out);
+  hetab_merl_free(t.merl);
+  return status;
+}

@@ -1,0 +1,232 @@
+#include "lookup/specular.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "model/colour.h"
+
+static hetab_status allocate(hetab_context *ctx, size_t channels, size_t count,
+                             hetab_specular_table *s) {
+  *s = (hetab_specular_table){.channels = channels, .count = count};
+  s->theta = hetab_alloc(ctx, count, sizeof *s->theta);
+  s->rho = hetab_alloc(ctx, count, channels * sizeof *s->rho);
+  return s->theta && s->rho ? HETAB_OK : HETAB_ERR_MEMORY;
+}
+
+void hetab_specular_clear(hetab_specular_table *specular) {
+  free(specular->theta);
+  free(specular->rho);
+  *specular = (hetab_specular_table){0};
+}
+
+static int is_reflectance(double rho) {
+  return rho >= 0 && rho <= 1.000001;
+}
+
+/* ---- HDF5 ---------------------------------------------------------------------------------- */
+
+hetab_status hetab_specular_of_h5(hetab_context *ctx, hetab_h5_table *table, const char *path,
+                                  hetab_specular_table *s) {
+  const hetab_grid *grid = hetab_h5_grid(table);
+  size_t channels = hetab_h5_wavelength_count(table), count = hetab_grid_count(grid, HETAB_THETA_I);
+  HETAB_TRY(allocate(ctx, channels, count, s));
+  double *rho = hetab_alloc(ctx, channels * count, sizeof *rho);
+  hetab_status status =
+      rho ? hetab_h5_read_specular(ctx, table, rho) : HETAB_ERR_MEMORY; /* [wavelength][theta_i] */
+  for (size_t i = 0; i < count && status == HETAB_OK; i++) {
+    s->theta[i] = hetab_grid_deg(grid, HETAB_THETA_I)[i] * M_PI / 180;
+    for (size_t c = 0; c < channels && status == HETAB_OK; c++) {
+      s->rho[i * channels + c] = (float)rho[c * count + i];
+      if (!is_reflectance(rho[c * count + i]))
+        status = hetab_fail(ctx, HETAB_ERR_PARSE,
+                            "'%s' is damaged: /specular_reflectance holds %g at wavelength %zu, "
+                            "theta_i %zu; get a complete copy",
+                            path, rho[c * count + i], c, i);
+    }
+  }
+  free(rho);
+  return status;
+}
+
+/* ---- CSV ----------------------------------------------------------------------------------- */
+
+typedef struct csv_row {
+  double nm, deg, rho;
+} csv_row;
+
+typedef struct csv {
+  csv_row *rows; /* wavelength by wavelength, each over the same angles */
+  size_t count, room, angles, waves;
+} csv;
+
+enum { MOST_ROWS = 10000000 };
+
+static hetab_status add_row(hetab_context *ctx, const char *path, size_t line, const char *text,
+                            csv *file) {
+  csv_row row;
+  int end = 0;
+  if (sscanf(text, "%lf,%lf,%lf %n", &row.nm, &row.deg, &row.rho, &end) != 3 || text[end] ||
+      !(row.nm > 0 && row.nm < 1e9 && row.deg >= 0 && row.deg <= 90 && is_reflectance(row.rho)))
+    return hetab_fail(ctx, HETAB_ERR_PARSE,
+                      "'%s', line %zu: expected wavelength_nm,theta_i_deg,rho_s with theta_i in "
+                      "[0, 90] and rho_s in [0, 1]",
+                      path, line);
+  if (file->count == file->room) {
+    size_t room = file->room ? 2 * file->room : 1024;
+    csv_row *more = room <= MOST_ROWS ? realloc(file->rows, room * sizeof *more) : NULL;
+    if (!more)
+      return hetab_fail(ctx, HETAB_ERR_MEMORY, "'%s' is too long: over %zu lines", path,
+                        file->count);
+    file->rows = more;
+    file->room = room;
+  }
+  file->rows[file->count++] = row;
+  return HETAB_OK;
+}
+
+static hetab_status read_rows(hetab_context *ctx, const char *path, FILE *stream, csv *file) {
+  char *text = NULL;
+  size_t size = 0, line = 0;
+  hetab_status status = HETAB_OK;
+  while (status == HETAB_OK && getline(&text, &size, stream) > 0) {
+    line++;
+    if (line == 1 && strncmp(text, "wavelength_nm,theta_i_deg,rho_s", 31) != 0)
+      status =
+          hetab_fail(ctx, HETAB_ERR_PARSE,
+                     "'%s', line 1: expected the header wavelength_nm,theta_i_deg,rho_s", path);
+    else if (line > 1)
+      status = add_row(ctx, path, line, text, file);
+  }
+  free(text);
+  if (status == HETAB_OK && !file->count)
+    status = hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' holds no rows", path);
+  return status;
+}
+
+static hetab_status check_order(hetab_context *ctx, const char *path, csv *file) {
+  const csv_row *rows = file->rows;
+  while (file->angles < file->count && rows[file->angles].nm == rows[0].nm)
+    file->angles++;
+  file->waves = file->count / file->angles;
+  int sound = file->waves * file->angles == file->count;
+  for (size_t i = 0; i < file->count && sound; i++) {
+    size_t wave = i / file->angles, angle = i % file->angles;
+    sound = rows[i].deg == rows[angle].deg && rows[i].nm == rows[wave * file->angles].nm &&
+            (angle == 0 || rows[i].deg > rows[i - 1].deg) &&
+            (wave == 0 || rows[i].nm > rows[i - file->angles].nm);
+  }
+  return sound ? HETAB_OK
+               : hetab_fail(ctx, HETAB_ERR_PARSE,
+                            "'%s': wavelengths ascend, each with the same ascending angles", path);
+}
+
+/* weight[wave][channel] of linear sRGB. */
+static hetab_status colour_weights(hetab_context *ctx, const double *lambda_um, size_t waves,
+                                   double *weight) {
+  double(*xyz)[3] = hetab_alloc(ctx, waves, sizeof *xyz);
+  if (!xyz)
+    return HETAB_ERR_MEMORY;
+  hetab_status status = hetab_xyz_weights(ctx, lambda_um, waves, xyz);
+  for (size_t w = 0; w < waves && status == HETAB_OK; w++)
+    hetab_xyz_to_srgb(xyz[w], weight + 3 * w);
+  free(xyz);
+  return status;
+}
+
+/* Linear between the file's wavelengths, held beyond them. */
+static void band_weights(const double *from_um, size_t waves, const double *to_um, size_t channels,
+                         double *weight) {
+  for (size_t c = 0; c < channels; c++) {
+    size_t right = 1;
+    while (right + 1 < waves && from_um[right] < to_um[c])
+      right++;
+    if (waves == 1) {
+      weight[c] = 1;
+      continue;
+    }
+    double t = (to_um[c] - from_um[right - 1]) / (from_um[right] - from_um[right - 1]);
+    t = fmin(fmax(t, 0), 1);
+    weight[(right - 1) * channels + c] = 1 - t;
+    weight[right * channels + c] = t;
+  }
+}
+
+static hetab_status mix(hetab_context *ctx, const csv *file, size_t channels,
+                        const double *lambda_um, hetab_specular_table *s) {
+  double *from_um = hetab_alloc(ctx, file->waves, sizeof *from_um);
+  double *weight = hetab_alloc(ctx, file->waves, channels * sizeof *weight);
+  hetab_status status =
+      from_um && weight ? allocate(ctx, channels, file->angles, s) : HETAB_ERR_MEMORY;
+  for (size_t w = 0; w < file->waves && status == HETAB_OK; w++)
+    from_um[w] = file->rows[w * file->angles].nm / 1000;
+  if (status == HETAB_OK && lambda_um)
+    band_weights(from_um, file->waves, lambda_um, channels, weight);
+  else if (status == HETAB_OK)
+    status = colour_weights(ctx, from_um, file->waves, weight);
+  for (size_t i = 0; i < file->angles && status == HETAB_OK; i++) {
+    s->theta[i] = file->rows[i].deg * M_PI / 180;
+    for (size_t c = 0; c < channels; c++) {
+      double sum = 0;
+      for (size_t w = 0; w < file->waves; w++)
+        sum += weight[w * channels + c] * file->rows[w * file->angles + i].rho;
+      s->rho[i * channels + c] = (float)fmax(sum, 0);
+    }
+  }
+  free(from_um);
+  free(weight);
+  return status;
+}
+
+hetab_status hetab_specular_beside(hetab_context *ctx, const char *path, size_t channels,
+                                   const double *lambda_um, hetab_specular_table *s) {
+  const char *name = strrchr(path, '/'), *dot = strrchr(path, '.');
+  int stem = (int)(dot && (!name || dot > name) ? dot - path : (ptrdiff_t)strlen(path));
+  char *beside;
+  csv file = {0};
+  *s = (hetab_specular_table){.channels = channels};
+  if (asprintf(&beside, "%.*s.specular.csv", stem, path) < 0)
+    return hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for the name '%s'", path);
+  hetab_status status = HETAB_OK;
+  FILE *stream = fopen(beside, "re");
+  if (!stream && errno != ENOENT && errno != ENOTDIR)
+    status = hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': %m", beside);
+  if (stream) {
+    status = read_rows(ctx, beside, stream, &file);
+    if (status == HETAB_OK)
+      status = check_order(ctx, beside, &file);
+    if (status == HETAB_OK)
+      status = mix(ctx, &file, channels, lambda_um, s);
+    fclose(stream);
+  }
+  free(file.rows);
+  free(beside);
+  return status;
+}
+
+/* ---- looking up ---------------------------------------------------------------------------- */
+
+void hetab_specular_at(const hetab_specular_table *s, float cos_i, float *value) {
+  memset(value, 0, s->channels * sizeof *value);
+  if (!s->count || !(cos_i > 0))
+    return;
+  double theta = acos(fmin((double)cos_i, 1)), low2, high2, t = 0;
+  size_t low = 0, high = s->count - 1;
+  while (high - low > 1) {
+    size_t middle = (low + high) / 2;
+    if (s->theta[middle] <= theta)
+      low = middle;
+    else
+      high = middle;
+  }
+  low2 = pow(cos(s->theta[low]), 2);
+  high2 = pow(cos(s->theta[high]), 2);
+  if (high > low)
+    t = fmin(fmax(((double)cos_i * (double)cos_i - low2) / (high2 - low2), 0), 1);
+  const float *a = s->rho + low * s->channels, *b = s->rho + high * s->channels;
+  for (size_t c = 0; c < s->channels; c++)
+    value[c] =
+        a[c] > 0 && b[c] > 0 ? a[c] * powf(b[c] / a[c], (float)t) : a[c] + (float)t * (b[c] - a[c]);
+}

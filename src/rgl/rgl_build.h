@@ -1,0 +1,59 @@
+/* The making of RGL tables from anything that can be evaluated: the model, or a measured table. */
+#ifndef HETAB_RGL_RGL_BUILD_H
+#define HETAB_RGL_RGL_BUILD_H
+
+#include <hetab/rgl.h>
+
+#include "core/context.h"
+
+/* One pair of directions: theta in [0, pi/2), phi = azimuth of the viewer minus that of the light,
+ * pi being the mirror side. Radians. */
+typedef struct hetab_rgl_pair {
+  double theta_i, theta_r, phi;
+} hetab_rgl_pair;
+
+/* values[count][channels]: BRDFs in 1/sr without the cosine, finite and >= 0. */
+typedef hetab_status (*hetab_rgl_values_fn)(hetab_context *ctx, void *user,
+                                            const hetab_rgl_pair *pairs, size_t count,
+                                            double *values);
+
+typedef struct hetab_rgl_source {
+  size_t channels;               /* 3 for linear sRGB, else one a wavelength */
+  const double *wavelengths_um;  /* [channels], ascending; NULL: linear sRGB */
+  const char *description;       /* goes into the file; NULL: none */
+  hetab_rgl_values_fn values;    /* isotropic: even in phi */
+  hetab_rgl_values_fn reference; /* what errors are measured against; NULL: values */
+  void *user;
+} hetab_rgl_source;
+
+/* The sizes of a table's arrays; all at least 2. */
+typedef struct hetab_rgl_shape {
+  size_t theta_i;              /* incidences, 0 and 90 degrees among them */
+  size_t ndf;                  /* nodes of ndf and sigma over theta */
+  size_t vndf_theta, vndf_phi; /* nodes of a vndf slice */
+  size_t resolution;           /* nodes of luminance and spectra along either axis */
+} hetab_rgl_shape;
+
+/* The smallest table whose error is below options->table_error, or, where none is, the most
+ * accurate one that was tried: report->error_l1 tells. HETAB_OK in both cases. */
+hetab_status hetab_rgl_build(hetab_context *ctx, const hetab_rgl_source *source,
+                             const hetab_rgl_options *options, hetab_rgl **out,
+                             hetab_rgl_report *report);
+
+/* A table of this shape. */
+hetab_status hetab_rgl_build_at(hetab_context *ctx, const hetab_rgl_source *source,
+                                const hetab_rgl_shape *shape, hetab_rgl **out);
+
+/* What the reader makes of any table, against the source (the same channels): fills the report's
+ * errors, over incidences from 0 to 80 degrees, directions drawn half from the table's own sampler
+ * and half evenly. */
+hetab_status hetab_rgl_measure(hetab_context *ctx, const hetab_rgl_source *source,
+                               const hetab_rgl *rgl, hetab_rgl_report *report);
+
+/* The density D(theta_m) of half vectors that the source's lobe asks for, at theta_m[count]
+ * (radians, ascending, 0 to pi/2): the mean, over several theta_d, of f cos(theta_i) cos(theta_r)
+ * as a function of the half vector, each normalised. > 0 everywhere. */
+hetab_status hetab_rgl_lobe_from_data(hetab_context *ctx, const hetab_rgl_source *source,
+                                      const double *theta_m, size_t count, double *density);
+
+#endif

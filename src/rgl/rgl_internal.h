@@ -1,0 +1,37 @@
+/* An RGL table in memory: the arrays of its file, and the running integrals of its densities. */
+#ifndef HETAB_RGL_RGL_INTERNAL_H
+#define HETAB_RGL_RGL_INTERNAL_H
+
+#include <hetab/rgl.h>
+
+#include "rgl/warp.h"
+
+/* A bilinear function of (u_theta, u_phi): nodes[height][width]. */
+typedef struct hetab_rgl_map {
+  size_t width, height;
+  float *nodes;
+} hetab_rgl_map;
+
+struct hetab_rgl {
+  char *description;
+  int jacobian; /* 0: spectra hold f cos(theta_o) itself */
+  size_t phi_i_count, theta_i_count;
+  float *phi_i, *theta_i; /* radians, ascending */
+  hetab_rgl_map ndf, sigma;
+  hetab_warp vndf, luminance; /* slices [phi_i][theta_i] */
+  size_t channels, resolution;
+  double *wavelengths_um; /* [channels]; NULL: linear sRGB */
+  float *spectra;         /* [phi_i][theta_i][channels][resolution][resolution] */
+};
+
+/* The parameterisation: theta = pi/2 u^2, phi = (2 u - 1) pi. */
+float hetab_rgl_theta_to_u(float theta);
+double hetab_rgl_u_to_theta(double u);
+
+/* theta of a unit vector without acos: exact about the normal. */
+float hetab_rgl_elevation(const float w[3]);
+
+/* The slices around an incidence. */
+hetab_blend hetab_rgl_blend(const hetab_rgl *rgl, float theta_i, float phi_i);
+
+#endif

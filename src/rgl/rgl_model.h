@@ -1,0 +1,17 @@
+/* The model as a source of RGL tables, on the host, in double, on all cores. */
+#ifndef HETAB_RGL_RGL_MODEL_H
+#define HETAB_RGL_RGL_MODEL_H
+
+#include <hetab/surface.h>
+
+#include "rgl/rgl_build.h"
+
+typedef struct hetab_rgl_model hetab_rgl_model;
+
+/* The surface has to live as long. */
+hetab_status hetab_rgl_model_create(hetab_context *ctx, const hetab_surface *surface,
+                                    hetab_rgl_bands bands, hetab_rgl_model **out);
+void hetab_rgl_model_free(hetab_rgl_model *model); /* NULL is fine */
+const hetab_rgl_source *hetab_rgl_model_source(const hetab_rgl_model *model);
+
+#endif

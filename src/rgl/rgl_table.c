@@ -1,0 +1,300 @@
+#include "rgl/rgl_table.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+double hetab_rgl_luminance(const hetab_rgl_source *source, const double *values, size_t stride) {
+  double sum = 0.0;
+  if (!source->wavelengths_um)
+    return 0.2126 * values[0] + 0.7152 * values[stride] + 0.0722 * values[2 * stride];
+  for (size_t c = 0; c < source->channels; c++)
+    sum += values[c * stride];
+  return sum / (double)source->channels;
+}
+
+/* ---- allocation ---------------------------------------------------------------------------- */
+
+static hetab_status new_map(hetab_context *ctx, size_t width, hetab_rgl_map *map) {
+  *map = (hetab_rgl_map){.width = width, .height = 2};
+  map->nodes = hetab_alloc(ctx, 2 * width, sizeof(float));
+  return map->nodes ? HETAB_OK : HETAB_ERR_MEMORY;
+}
+
+static hetab_status copy_texts(hetab_context *ctx, const hetab_rgl_source *source, hetab_rgl *rgl) {
+  const char *text = source->description ? source->description : "";
+  rgl->description = hetab_alloc(ctx, strlen(text) + 1, 1);
+  if (!rgl->description)
+    return HETAB_ERR_MEMORY;
+  strcpy(rgl->description, text);
+  rgl->channels = source->channels;
+  if (!source->wavelengths_um)
+    return HETAB_OK;
+  rgl->wavelengths_um = hetab_alloc(ctx, source->channels, sizeof(double));
+  if (!rgl->wavelengths_um)
+    return HETAB_ERR_MEMORY;
+  memcpy(rgl->wavelengths_um, source->wavelengths_um, source->channels * sizeof(double));
+  return HETAB_OK;
+}
+
+static hetab_status allocate(hetab_context *ctx, const hetab_rgl_source *source,
+                             const hetab_rgl_shape *shape, const double *theta_i, hetab_rgl *rgl) {
+  size_t nodes = shape->resolution * shape->resolution;
+  HETAB_TRY(copy_texts(ctx, source, rgl));
+  HETAB_TRY(new_map(ctx, shape->ndf, &rgl->ndf));
+  HETAB_TRY(new_map(ctx, shape->ndf, &rgl->sigma));
+  rgl->jacobian = 1;
+  rgl->phi_i_count = 1;
+  rgl->theta_i_count = shape->theta_i;
+  rgl->resolution = shape->resolution;
+  rgl->phi_i = hetab_alloc(ctx, 1, sizeof(float));
+  rgl->theta_i = hetab_alloc(ctx, shape->theta_i, sizeof(float));
+  rgl->spectra = hetab_alloc(ctx, shape->theta_i * source->channels * nodes, sizeof(float));
+  if (!rgl->phi_i || !rgl->theta_i || !rgl->spectra)
+    return HETAB_ERR_MEMORY;
+  for (size_t k = 0; k < shape->theta_i; k++)
+    rgl->theta_i[k] = (float)theta_i[k];
+  return HETAB_OK;
+}
+
+/* ---- ndf, sigma and vndf ------------------------------------------------------------------- */
+
+static double node_theta(size_t i, size_t count) {
+  return hetab_rgl_u_to_theta((double)i / (double)(count - 1));
+}
+
+static void set_both_rows(hetab_rgl_map *map, size_t x, double value) {
+  map->nodes[x] = map->nodes[map->width + x] = (float)value;
+}
+
+static hetab_status fill_ndf(hetab_context *ctx, const hetab_rgl_source *source,
+                             hetab_rgl_map *ndf) {
+  hetab_status status;
+  double *theta = hetab_alloc(ctx, ndf->width, sizeof *theta);
+  double *density = hetab_alloc(ctx, ndf->width, sizeof *density), most = 0.0;
+  HETAB_GOTO(theta && density ? HETAB_OK : HETAB_ERR_MEMORY);
+  for (size_t x = 0; x < ndf->width; x++)
+    theta[x] = node_theta(x, ndf->width);
+  HETAB_GOTO(hetab_rgl_lobe_from_data(ctx, source, theta, ndf->width, density));
+  for (size_t x = 0; x < ndf->width; x++)
+    most = fmax(most, density[x]);
+  for (size_t x = 0; x < ndf->width; x++)
+    set_both_rows(ndf, x, fmax(density[x], 1e-6 * most));
+done:
+  free(theta);
+  free(density);
+  return status;
+}
+
+/* The integral over azimuths of max(0, wi . m). */
+static double facing(double theta_i, double theta_m) {
+  double a = sin(theta_i) * sin(theta_m), b = cos(theta_i) * cos(theta_m);
+  if (b >= a)
+    return 2.0 * M_PI * b;
+  double end = acos(-b / a);
+  return 2.0 * (end * b + sqrt((a - b) * (a + b)));
+}
+
+static float ndf_at(const hetab_rgl_map *ndf, double u_theta) {
+  float u[2] = {(float)u_theta, 0.0f};
+  hetab_cell cell = hetab_cell_at(ndf->width, ndf->height, u);
+  return hetab_cell_value(&cell, ndf->nodes, ndf->width);
+}
+
+/* Of the stored ndf: Gauss's rule of three nodes in every cell. */
+static double projected_area(const hetab_rgl_map *ndf, double theta_i) {
+  static const double place[3] = {0.1127016653792583, 0.5, 0.8872983346207417};
+  static const double weight[3] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
+  double sum = 0.0, step = 1.0 / (double)(ndf->width - 1);
+  for (size_t x = 0; x + 1 < ndf->width; x++)
+    for (int g = 0; g < 3; g++) {
+      double u = ((double)x + place[g]) * step, theta = hetab_rgl_u_to_theta(u);
+      double density =
+          (1.0 - place[g]) * (double)ndf->nodes[x] + place[g] * (double)ndf->nodes[x + 1];
+      sum += weight[g] * density * facing(theta_i, theta) * sin(theta) * M_PI * u;
+    }
+  return sum * step;
+}
+
+static void fill_sigma(hetab_rgl *rgl) {
+  for (size_t x = 0; x < rgl->sigma.width; x++)
+    set_both_rows(&rgl->sigma, x, projected_area(&rgl->ndf, node_theta(x, rgl->sigma.width)));
+}
+
+static void vndf_slice(const hetab_rgl *rgl, double theta_i, const hetab_rgl_shape *shape,
+                       float *out) {
+  for (size_t y = 0; y < shape->vndf_phi; y++)
+    for (size_t x = 0; x < shape->vndf_theta; x++) {
+      double u = (double)x / (double)(shape->vndf_theta - 1), theta = hetab_rgl_u_to_theta(u);
+      double phi = (2.0 * (double)y / (double)(shape->vndf_phi - 1) - 1.0) * M_PI;
+      double cosine = sin(theta_i) * sin(theta) * cos(phi) + cos(theta_i) * cos(theta);
+      double density = (double)ndf_at(&rgl->ndf, u) * fmax(cosine, 0.0);
+      out[y * shape->vndf_theta + x] = (float)(density * 2.0 * M_PI * M_PI * u * sin(theta));
+    }
+}
+
+static hetab_status fill_vndf(hetab_context *ctx, const hetab_rgl_shape *shape,
+                              const double *theta_i, hetab_rgl *rgl) {
+  size_t nodes = shape->vndf_theta * shape->vndf_phi, bad;
+  float *data = hetab_alloc(ctx, nodes * shape->theta_i, sizeof *data);
+  if (!data)
+    return HETAB_ERR_MEMORY;
+  for (size_t k = 0; k < shape->theta_i; k++)
+    vndf_slice(rgl, theta_i[k], shape, data + k * nodes);
+  hetab_status status = hetab_warp_create(ctx, data, shape->vndf_theta, shape->vndf_phi,
+                                          shape->theta_i, 0, &bad, &rgl->vndf);
+  free(data);
+  if (status == HETAB_ERR_RANGE)
+    return hetab_fail(ctx, status, "the density of half vectors at theta_i = %g degrees is zero",
+                      theta_i[bad] * 180.0 / M_PI);
+  return status;
+}
+
+hetab_status hetab_rgl_new(hetab_context *ctx, const hetab_rgl_source *source,
+                           const hetab_rgl_shape *shape, const double *theta_i, hetab_rgl **out) {
+  hetab_status status;
+  hetab_rgl *rgl = *out = hetab_alloc(ctx, 1, sizeof *rgl);
+  if (!rgl)
+    return HETAB_ERR_MEMORY;
+  HETAB_GOTO(allocate(ctx, source, shape, theta_i, rgl));
+  HETAB_GOTO(fill_ndf(ctx, source, &rgl->ndf));
+  fill_sigma(rgl);
+  HETAB_GOTO(fill_vndf(ctx, shape, theta_i, rgl));
+  return HETAB_OK;
+done:
+  hetab_rgl_free(rgl);
+  *out = NULL;
+  return status;
+}
+
+/* ---- spectra ------------------------------------------------------------------------------- */
+
+/* Nodes of half a slice, the other half being its mirror image, that lead above the horizon. */
+typedef struct plan {
+  size_t count;
+  hetab_rgl_pair *pairs;
+  double *factor; /* from f to spectra */
+  size_t *node;
+  double *values; /* [count][channels] */
+} plan;
+
+static hetab_status plan_create(hetab_context *ctx, size_t most, size_t channels, plan *p) {
+  *p = (plan){0};
+  p->pairs = hetab_alloc(ctx, most, sizeof *p->pairs);
+  p->factor = hetab_alloc(ctx, most, sizeof *p->factor);
+  p->node = hetab_alloc(ctx, most, sizeof *p->node);
+  p->values = hetab_alloc(ctx, most * channels, sizeof *p->values);
+  return p->pairs && p->factor && p->node && p->values ? HETAB_OK : HETAB_ERR_MEMORY;
+}
+
+static void plan_clear(plan *p) {
+  free(p->pairs);
+  free(p->factor);
+  free(p->node);
+  free(p->values);
+}
+
+/* The viewer that half vector u_m mirrors the light to; 0 below the horizon. */
+static int reflect(double theta_i, const float u_m[2], hetab_rgl_pair *pair) {
+  double theta = hetab_rgl_u_to_theta((double)u_m[0]), phi = (2.0 * (double)u_m[1] - 1.0) * M_PI;
+  double m[3] = {sin(theta) * cos(phi), sin(theta) * sin(phi), cos(theta)};
+  double wi[3] = {sin(theta_i), 0.0, cos(theta_i)}, wo[3];
+  double along = 2.0 * (wi[0] * m[0] + wi[2] * m[2]);
+  for (int c = 0; c < 3; c++)
+    wo[c] = along * m[c] - wi[c];
+  *pair = (hetab_rgl_pair){theta_i, atan2(hypot(wo[0], wo[1]), wo[2]), atan2(wo[1], wo[0])};
+  return along > 0.0 && wo[2] > 0.0 && pair->theta_r < M_PI_2;
+}
+
+/* The last column leads to theta_m = 90 degrees, where nothing is: it stands for what is before. */
+static float column_place(size_t x, size_t n) {
+  float last = (float)(n - 1);
+  return x == n - 1 ? 1.0f - 0.25f / last : (float)x / last;
+}
+
+static void plan_node(const hetab_rgl *rgl, const hetab_blend *blend, double theta_i, double sigma,
+                      size_t x, size_t y, plan *p) {
+  size_t n = rgl->resolution;
+  float s[2] = {column_place(x, n), (float)y / (float)(n - 1)}, u_m[2];
+  hetab_warp_sample(&rgl->vndf, blend, s, u_m);
+  if (!reflect(theta_i, u_m, &p->pairs[p->count]))
+    return;
+  p->factor[p->count] =
+      cos(p->pairs[p->count].theta_r) * 4.0 * sigma / (double)ndf_at(&rgl->ndf, (double)u_m[0]);
+  p->node[p->count++] = y * n + x;
+}
+
+static void scatter(const plan *p, size_t channels, size_t n, double *out) {
+  for (size_t i = 0; i < p->count; i++)
+    for (size_t c = 0; c < channels; c++) {
+      size_t x = p->node[i] % n, y = p->node[i] / n;
+      double value = p->values[i * channels + c] * p->factor[i];
+      out[c * n * n + y * n + x] = out[c * n * n + (n - 1 - y) * n + x] = value;
+    }
+}
+
+hetab_status hetab_rgl_spectra_at(hetab_context *ctx, const hetab_rgl_source *source,
+                                  const hetab_rgl *rgl, const hetab_blend *blend, double theta_i,
+                                  double *out) {
+  size_t n = rgl->resolution, rows = (n + 1) / 2;
+  float u_wi[2] = {hetab_rgl_theta_to_u((float)theta_i), 0.0f};
+  hetab_cell at = hetab_cell_at(rgl->sigma.width, rgl->sigma.height, u_wi);
+  double sigma = (double)hetab_cell_value(&at, rgl->sigma.nodes, rgl->sigma.width);
+  hetab_status status;
+  plan p;
+  memset(out, 0, source->channels * n * n * sizeof *out);
+  HETAB_GOTO(plan_create(ctx, rows * n, source->channels, &p));
+  for (size_t y = 0; y < rows; y++)
+    for (size_t x = 0; x < n; x++)
+      plan_node(rgl, blend, theta_i, sigma, x, y, &p);
+  HETAB_GOTO(source->values(ctx, source->user, p.pairs, p.count, p.values));
+  scatter(&p, source->channels, n, out);
+done:
+  plan_clear(&p);
+  return status;
+}
+
+/* ---- luminance ----------------------------------------------------------------------------- */
+
+/* What samplers draw nodes by: at least a thousandth of the slice's mean. */
+static void luminance_slice(const hetab_rgl_source *source, const double *spectra, size_t nodes,
+                            float *out) {
+  double mean = 0.0;
+  for (size_t i = 0; i < nodes; i++) {
+    double luminance = hetab_rgl_luminance(source, spectra + i, nodes);
+    out[i] = (float)luminance;
+    mean += luminance / (double)nodes;
+  }
+  for (size_t i = 0; i < nodes; i++)
+    out[i] = fmaxf(out[i], (float)(1e-3 * mean));
+}
+
+/* 90 degrees itself reflects nothing: its slice stands for the last quarter of the interval. */
+static double slice_theta(const hetab_rgl *rgl, size_t k) {
+  double theta = (double)rgl->theta_i[k], before;
+  if (k == 0 || k + 1 < rgl->theta_i_count)
+    return theta;
+  before = (double)rgl->theta_i[k - 1];
+  return theta - 0.25 * (theta - before);
+}
+
+hetab_status hetab_rgl_fill(hetab_context *ctx, const hetab_rgl_source *source, hetab_rgl *rgl) {
+  size_t n = rgl->resolution, nodes = n * n, bad, values = source->channels * nodes;
+  hetab_status status;
+  double *slice = hetab_alloc(ctx, values, sizeof *slice);
+  float *luminance = hetab_alloc(ctx, rgl->theta_i_count * nodes, sizeof *luminance);
+  HETAB_GOTO(slice && luminance ? HETAB_OK : HETAB_ERR_MEMORY);
+  for (size_t k = 0; k < rgl->theta_i_count; k++) {
+    hetab_blend own = {1, {k}, {1.0f}};
+    HETAB_GOTO(hetab_rgl_spectra_at(ctx, source, rgl, &own, slice_theta(rgl, k), slice));
+    for (size_t i = 0; i < values; i++)
+      rgl->spectra[k * values + i] = (float)slice[i];
+    luminance_slice(source, slice, nodes, luminance + k * nodes);
+  }
+  hetab_warp_clear(&rgl->luminance);
+  HETAB_GOTO(hetab_warp_create(ctx, luminance, n, n, rgl->theta_i_count, 1, &bad, &rgl->luminance));
+done:
+  free(slice);
+  free(luminance);
+  return status;
+}

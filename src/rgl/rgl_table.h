@@ -1,0 +1,26 @@
+/* The making of one RGL table of a given shape. */
+#ifndef HETAB_RGL_RGL_TABLE_H
+#define HETAB_RGL_RGL_TABLE_H
+
+#include "rgl/rgl_build.h"
+#include "rgl/rgl_internal.h"
+
+/* One number for a source's values, channel c at values[c * stride]: their luminance, or, for
+ * spectra, their mean. */
+double hetab_rgl_luminance(const hetab_rgl_source *source, const double *values, size_t stride);
+
+/* A table with everything but spectra and luminance: ndf (from hetab_rgl_lobe_from_data()), sigma,
+ * and vndf for incidences theta_i[shape->theta_i], ascending, 0 to pi/2. */
+hetab_status hetab_rgl_new(hetab_context *ctx, const hetab_rgl_source *source,
+                           const hetab_rgl_shape *shape, const double *theta_i, hetab_rgl **out);
+
+/* The spectra that a reader at theta_i should find at the nodes of a table: out[channels][n][n], n
+ * = rgl->resolution, where `blend` is how it finds its way from nodes to half vectors. */
+hetab_status hetab_rgl_spectra_at(hetab_context *ctx, const hetab_rgl_source *source,
+                                  const hetab_rgl *rgl, const hetab_blend *blend, double theta_i,
+                                  double *out);
+
+/* Fills spectra and luminance. */
+hetab_status hetab_rgl_fill(hetab_context *ctx, const hetab_rgl_source *source, hetab_rgl *rgl);
+
+#endif

@@ -1,0 +1,125 @@
+#include "rgl/rgl_trial.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "engine/sample.h"
+#include "model/model.h"
+
+static const double last_deg = 80.0;
+
+void hetab_rgl_trial_clear(hetab_rgl_trial *trial) {
+  free(trial->wi);
+  free(trial->wo);
+  free(trial->weight);
+  free(trial->values);
+  *trial = (hetab_rgl_trial){0};
+}
+
+static hetab_status allocate(hetab_context *ctx, hetab_rgl_trial *t) {
+  size_t count = t->incidences * t->directions;
+  t->wi = hetab_alloc(ctx, t->incidences, sizeof *t->wi);
+  t->wo = hetab_alloc(ctx, count, sizeof *t->wo);
+  t->weight = hetab_alloc(ctx, count, sizeof *t->weight);
+  t->values = hetab_alloc(ctx, count * t->channels, sizeof *t->values);
+  return t->wi && t->wo && t->weight && t->values ? HETAB_OK : HETAB_ERR_MEMORY;
+}
+
+static void set_direction(double theta, double phi, float w[3]) {
+  w[0] = (float)(sin(theta) * cos(phi));
+  w[1] = (float)(sin(theta) * sin(phi));
+  w[2] = (float)cos(theta);
+}
+
+static double incidence(const hetab_rgl_trial *t, size_t k, uint64_t *state) {
+  double last = hetab_radians(last_deg), intervals = (double)(t->incidences - 2);
+  if (k == 0)
+    return 0.0;
+  if (k + 1 == t->incidences)
+    return last;
+  return last * ((double)(k - 1) + hetab_random_unit(state)) / intervals;
+}
+
+/* Direction j of an incidence; its weight by both densities (the balance heuristic). Evenly over
+ * the hemisphere rather than by the cosine: errors of f cos at the horizon are not small there. */
+static double draw(const hetab_rgl *sampler, const float wi[3], size_t j, uint64_t *state,
+                   float wo[3]) {
+  float u[2] = {(float)hetab_random_unit(state), (float)hetab_random_unit(state)};
+  if (j % 2)
+    hetab_rgl_sample(sampler, wi, u, wo);
+  else
+    set_direction(acos((double)u[0]), 2.0 * M_PI * (double)u[1], wo);
+  if (!(wo[2] > 1e-4f))
+    return 0.0;
+  return (double)wo[2] / (0.5 * (double)hetab_rgl_pdf(sampler, wi, wo) + 0.25 / M_PI);
+}
+
+static hetab_rgl_pair pair_of(const float wi[3], const float wo[3]) {
+  double i[3] = {(double)wi[0], (double)wi[1], (double)wi[2]};
+  double r[3] = {(double)wo[0], (double)wo[1], (double)wo[2]};
+  return (hetab_rgl_pair){atan2(hypot(i[0], i[1]), i[2]), atan2(hypot(r[0], r[1]), r[2]),
+                          atan2(i[0] * r[1] - i[1] * r[0], i[0] * r[0] + i[1] * r[1])};
+}
+
+hetab_status hetab_rgl_trial_create(hetab_context *ctx, const hetab_rgl_source *source,
+                                    const hetab_rgl *sampler, size_t incidences, size_t directions,
+                                    unsigned seed, hetab_rgl_trial *trial) {
+  size_t count = incidences * directions;
+  uint64_t state = seed;
+  hetab_status status;
+  *trial = (hetab_rgl_trial){
+      .incidences = incidences, .directions = directions, .channels = source->channels};
+  hetab_rgl_pair *pairs = hetab_alloc(ctx, count, sizeof *pairs);
+  HETAB_GOTO(pairs ? allocate(ctx, trial) : HETAB_ERR_MEMORY);
+  for (size_t k = 0; k < incidences; k++) {
+    set_direction(incidence(trial, k, &state), 2.0 * M_PI * hetab_random_unit(&state),
+                  trial->wi[k]);
+    for (size_t j = 0, i = k * directions; j < directions; j++, i++) {
+      trial->weight[i] = draw(sampler, trial->wi[k], j, &state, trial->wo[i]);
+      if (trial->weight[i] > 0.0)
+        pairs[i] = pair_of(trial->wi[k], trial->wo[i]);
+    }
+  }
+  hetab_rgl_values_fn reference = source->reference ? source->reference : source->values;
+  HETAB_GOTO(reference(ctx, source->user, pairs, count, trial->values));
+done:
+  free(pairs);
+  if (status != HETAB_OK)
+    hetab_rgl_trial_clear(trial);
+  return status;
+}
+
+/* Sums over one incidence: of |difference|, the difference, and the reference. */
+static void add_incidence(const hetab_rgl_trial *t, const hetab_rgl *rgl, size_t k, float *value,
+                          double sums[3]) {
+  for (size_t i = k * t->directions; i < (k + 1) * t->directions; i++) {
+    if (!(t->weight[i] > 0.0))
+      continue;
+    hetab_rgl_eval(rgl, t->wi[k], t->wo[i], value);
+    for (size_t c = 0; c < t->channels; c++) {
+      double reference = t->values[i * t->channels + c];
+      double difference = (double)value[c] - reference;
+      sums[0] += t->weight[i] * fabs(difference);
+      sums[1] += t->weight[i] * difference;
+      sums[2] += t->weight[i] * reference;
+    }
+  }
+}
+
+hetab_status hetab_rgl_trial_run(hetab_context *ctx, const hetab_rgl_trial *trial,
+                                 const hetab_rgl *rgl, double *error_l1, double *bias) {
+  float *value = hetab_alloc(ctx, trial->channels, sizeof *value);
+  if (!value)
+    return HETAB_ERR_MEMORY;
+  *error_l1 = *bias = 0.0;
+  for (size_t k = 0; k < trial->incidences; k++) {
+    double sums[3] = {0.0};
+    add_incidence(trial, rgl, k, value, sums);
+    if (sums[2] > 0.0 && fabs(sums[1] / sums[2]) > fabs(*bias))
+      *bias = sums[1] / sums[2];
+    if (sums[2] > 0.0)
+      *error_l1 = fmax(*error_l1, sums[0] / sums[2]);
+  }
+  free(value);
+  return HETAB_OK;
+}

@@ -1,0 +1,206 @@
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "rgl/tensor.h"
+#include "rgl/tensor_layout.h"
+
+_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__,
+               "tensor files are little-endian, and this file reads them as memory");
+
+enum { MOST_FIELDS = 256 };
+static const long long most_bytes = 1LL << 31;
+
+/* ---- types --------------------------------------------------------------------------------- */
+
+static const struct {
+  const char *name;
+  size_t size;
+} types[] = {{"", 0},      {"uint8", 1},   {"int8", 1},    {"uint16", 2},
+             {"int16", 2}, {"uint32", 4},  {"int32", 4},   {"uint64", 8},
+             {"int64", 8}, {"float16", 2}, {"float32", 4}, {"float64", 8}};
+
+size_t hetab_tensor_type_size(hetab_tensor_type type) {
+  return (size_t)type < sizeof types / sizeof *types ? types[type].size : 0;
+}
+
+const char *hetab_tensor_type_name(hetab_tensor_type type) {
+  return hetab_tensor_type_size(type) ? types[type].name : "an unknown type";
+}
+
+/* ---- the file's bytes ---------------------------------------------------------------------- */
+
+static hetab_status read_stream(hetab_context *ctx, const char *path, FILE *stream,
+                                hetab_tensor_file *file) {
+  struct stat info;
+  if (fstat(fileno(stream), &info) != 0)
+    return hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': %m", path);
+  if (!S_ISREG(info.st_mode))
+    return hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': not a file", path);
+  if (info.st_size > most_bytes)
+    return hetab_fail(ctx, HETAB_ERR_PARSE,
+                      "'%s' has %lld bytes: RGL tables have at most %lld; is this one?", path,
+                      (long long)info.st_size, most_bytes);
+  file->size = (size_t)info.st_size;
+  file->bytes = hetab_alloc(ctx, file->size + 1, 1);
+  if (!file->bytes)
+    return HETAB_ERR_MEMORY;
+  if (fread(file->bytes, 1, file->size, stream) != file->size)
+    return hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': %s", path,
+                      ferror(stream) ? strerror(errno) : "it became shorter meanwhile");
+  return HETAB_OK;
+}
+
+static hetab_status read_bytes(hetab_context *ctx, const char *path, hetab_tensor_file *file) {
+  FILE *stream = fopen(path, "rbe");
+  if (!stream)
+    return hetab_fail(ctx, HETAB_ERR_IO, "cannot open '%s': %m", path);
+  hetab_status status = read_stream(ctx, path, stream, file);
+  fclose(stream);
+  return status;
+}
+
+/* ---- the header ---------------------------------------------------------------------------- */
+
+typedef struct cursor {
+  hetab_context *ctx;
+  const char *path;
+  const hetab_tensor_file *file;
+  size_t at;
+} cursor;
+
+/* The next bytes of the header. */
+static hetab_status take(cursor *c, void *value, size_t size) {
+  if (size > c->file->size - c->at)
+    return hetab_fail(c->ctx, HETAB_ERR_PARSE,
+                      "'%s' is truncated: its header ends after %zu bytes; get a complete copy",
+                      c->path, c->file->size);
+  memcpy(value, c->file->bytes + c->at, size);
+  c->at += size;
+  return HETAB_OK;
+}
+
+static hetab_status take_name(cursor *c, hetab_tensor_field *field) {
+  uint16_t length;
+  HETAB_TRY(take(c, &length, sizeof length));
+  if (length == 0 || length >= HETAB_TENSOR_NAME)
+    return hetab_fail(c->ctx, HETAB_ERR_PARSE,
+                      "'%s': a field's name of %u bytes at byte %zu; names have 1 to %d", c->path,
+                      (unsigned)length, c->at, HETAB_TENSOR_NAME - 1);
+  HETAB_TRY(take(c, field->name, length));
+  field->name[length] = '\0';
+  return HETAB_OK;
+}
+
+static hetab_status take_shape(cursor *c, hetab_tensor_field *field) {
+  uint16_t ndim;
+  uint64_t extent;
+  HETAB_TRY(take(c, &ndim, sizeof ndim));
+  if (ndim > HETAB_TENSOR_DIMS)
+    return hetab_fail(c->ctx, HETAB_ERR_PARSE, "'%s', field %s: %u dimensions; at most %d", c->path,
+                      field->name, (unsigned)ndim, HETAB_TENSOR_DIMS);
+  field->ndim = ndim;
+  uint8_t type;
+  uint64_t offset;
+  HETAB_TRY(take(c, &type, sizeof type));
+  field->type = (hetab_tensor_type)type;
+  if (!hetab_tensor_type_size(field->type))
+    return hetab_fail(c->ctx, HETAB_ERR_PARSE, "'%s', field %s: there is no type %u", c->path,
+                      field->name, (unsigned)type);
+  HETAB_TRY(take(c, &offset, sizeof offset));
+  size_t bytes = hetab_tensor_type_size(field->type);
+  for (size_t d = 0; d < field->ndim; d++) {
+    HETAB_TRY(take(c, &extent, sizeof extent));
+    field->shape[d] = (size_t)extent;
+    if (__builtin_mul_overflow(bytes, field->shape[d], &bytes))
+      bytes = SIZE_MAX;
+  }
+  if (offset > c->file->size || bytes > c->file->size - offset)
+    return hetab_fail(c->ctx, HETAB_ERR_PARSE,
+                      "'%s', field %s: %zu bytes at byte %llu, but the file has %zu bytes; get a "
+                      "complete copy",
+                      c->path, field->name, bytes, (unsigned long long)offset, c->file->size);
+  field->data = c->file->bytes + offset;
+  return HETAB_OK;
+}
+
+static hetab_status take_header(cursor *c, hetab_tensor_file *file) {
+  char magic[sizeof tensor_magic];
+  unsigned char version[sizeof tensor_version];
+  uint32_t count;
+  if (file->size < sizeof magic || memcmp(file->bytes, tensor_magic, sizeof magic) != 0)
+    return hetab_fail(c->ctx, HETAB_ERR_PARSE,
+                      "'%s' is no RGL table: it does not begin with \"tensor_file\"", c->path);
+  HETAB_TRY(take(c, magic, sizeof magic));
+  HETAB_TRY(take(c, version, sizeof version));
+  if (memcmp(version, tensor_version, sizeof version) != 0)
+    return hetab_fail(c->ctx, HETAB_ERR_PARSE,
+                      "'%s' is a tensor file of version %u.%u; only 1.0 is known", c->path,
+                      (unsigned)version[0], (unsigned)version[1]);
+  HETAB_TRY(take(c, &count, sizeof count));
+  if (count > MOST_FIELDS)
+    return hetab_fail(c->ctx, HETAB_ERR_PARSE, "'%s' claims %u fields; at most %d", c->path,
+                      (unsigned)count, MOST_FIELDS);
+  file->fields = hetab_alloc(c->ctx, count + 1, sizeof *file->fields);
+  if (!file->fields)
+    return HETAB_ERR_MEMORY;
+  for (; file->count < count; file->count++) {
+    HETAB_TRY(take_name(c, &file->fields[file->count]));
+    HETAB_TRY(take_shape(c, &file->fields[file->count]));
+  }
+  return HETAB_OK;
+}
+
+/* ---- fields against each other ------------------------------------------------------------- */
+
+static const unsigned char *end_of(const hetab_tensor_field *field) {
+  return (const unsigned char *)field->data +
+         hetab_tensor_elements(field) * hetab_tensor_type_size(field->type);
+}
+
+static hetab_status check_fields(const cursor *c) {
+  const hetab_tensor_file *file = c->file;
+  for (size_t i = 0; i < file->count; i++) {
+    const hetab_tensor_field *a = &file->fields[i];
+    if (hetab_tensor_elements(a) && (const unsigned char *)a->data < file->bytes + c->at)
+      return hetab_fail(c->ctx, HETAB_ERR_PARSE, "'%s', field %s lies in the file's header",
+                        c->path, a->name);
+    for (size_t k = 0; k < i; k++) {
+      const hetab_tensor_field *b = &file->fields[k];
+      if (strcmp(a->name, b->name) == 0)
+        return hetab_fail(c->ctx, HETAB_ERR_PARSE, "'%s' has two fields %s", c->path, a->name);
+      if ((const unsigned char *)a->data < end_of(b) && (const unsigned char *)b->data < end_of(a))
+        return hetab_fail(c->ctx, HETAB_ERR_PARSE, "'%s': fields %s and %s overlap", c->path,
+                          b->name, a->name);
+    }
+  }
+  return HETAB_OK;
+}
+
+hetab_status hetab_tensor_load(hetab_context *ctx, const char *path, hetab_tensor_file *out) {
+  hetab_status status;
+  *out = (hetab_tensor_file){0};
+  cursor c = {ctx, path, out, 0};
+  HETAB_GOTO(read_bytes(ctx, path, out));
+  HETAB_GOTO(take_header(&c, out));
+  HETAB_GOTO(check_fields(&c));
+  return HETAB_OK;
+done:
+  hetab_tensor_clear(out);
+  return status;
+}
+
+void hetab_tensor_clear(hetab_tensor_file *file) {
+  free(file->bytes);
+  free(file->fields);
+  *file = (hetab_tensor_file){0};
+}
+
+const hetab_tensor_field *hetab_tensor_find(const hetab_tensor_file *file, const char *name) {
+  for (size_t i = 0; i < file->count; i++)
+    if (strcmp(file->fields[i].name, name) == 0)
+      return &file->fields[i];
+  return NULL;
+}

@@ -1,0 +1,136 @@
+/* A path tracer in a hundred lines of code: a floor and spheres, a table each, a lamp and a sky.
+ * usage: path_tracer OUT.png SAMPLES FLOOR SPHERE... (tables of linear sRGB: .binary or .bsdf)
+ * cc -O2 -fopenmp path_tracer.c $(pkg-config --cflags --libs hetab libpng) -lm */
+#include <math.h>
+#include <png.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <hetab/lookup.h>
+
+typedef float vec __attribute__((vector_size(16)));
+enum { WIDTH = 1120, HEIGHT = 360, MOST = 9, FLOOR = 0, LAMP = MOST, SKY, DEPTH = 8 };
+static hetab_lookup *tables[MOST];
+static int count;
+static const vec lamp = {-1.5f, -3, 7}, lamp_light = {22, 20, 17}, half = {3, 1, 0}; /* its sides */
+static const float lamp_area = 12;
+
+static float dot(vec a, vec b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+static vec unit(vec a) {
+  return a / sqrtf(dot(a, a));
+}
+static float uniform(uint64_t *state) {
+  *state = *state * 6364136223846793005u + 1442695040888963407u;
+  return (float)(((*state ^ *state >> 29) * 0xBF58476D1CE4E5B9u) >> 40) * 0x1p-24f;
+}
+static vec sky(vec d) {
+  float t = sqrtf(fmaxf(d[2], 0));
+  return (vec){0.55f, 0.6f, 0.7f} * (1 - t) + (vec){0.1f, 0.16f, 0.3f} * t;
+}
+
+/* What the ray meets first, a little above where, and the normal there. */
+static int meet(vec o, vec d, vec *p, vec *n) {
+  float nearest = d[2] < 0 ? -o[2] / d[2] : 1e9f, t = (lamp[2] - o[2]) / d[2];
+  int object = d[2] < 0 ? FLOOR : SKY;
+  *n = (vec){0, 0, 1};
+  vec across = o + d * t - lamp;
+  if (t > 0 && t < nearest && fabsf(across[0]) < half[0] && fabsf(across[1]) < half[1])
+    object = LAMP, nearest = t;
+  for (int i = 1; i < count; i++) {
+    vec c = o - (vec){2.3f * ((float)i - 0.5f * (float)count), 0, 1};
+    float b = dot(c, d), under = b * b - dot(c, c) + 1;
+    t = -b - sqrtf(fmaxf(under, 0));
+    if (under > 0 && t > 0 && t < nearest)
+      object = i, nearest = t, *n = unit(c + d * t);
+  }
+  *p = o + d * nearest + *n * 1e-4f;
+  return object;
+}
+
+static vec trace(vec o, vec d, uint64_t *random) {
+  vec sum = {0}, through = {1, 1, 1}, p, n, q, m;
+  float density = 0; /* of d; 0: from the camera or a mirror, where the lamp is not sampled */
+  for (int depth = 0; depth < DEPTH; depth++) {
+    int object = meet(o, d, &p, &n);
+    if (object == SKY)
+      return sum + through * sky(d);
+    if (object == LAMP) { /* multiple importance sampling, power heuristic */
+      float by_lamp = dot(p - o, p - o) / (lamp_area * fabsf(d[2]));
+      float share = density > 0 ? 1 / (1 + by_lamp * by_lamp / (density * density)) : 1;
+      return d[2] > 0 ? sum + through * lamp_light * share : sum;
+    }
+    vec x = unit(fabsf(n[0]) > 0.5f ? (vec){n[2], 0, -n[0]} : (vec){0, n[2], -n[1]});
+    vec y = {n[1] * x[2] - n[2] * x[1], n[2] * x[0] - n[0] * x[2], n[0] * x[1] - n[1] * x[0]};
+    float wi[3] = {-dot(x, d), -dot(y, d), -dot(n, d)}, wo[3], f[3], rho[3], delta[3];
+    hetab_lookup_albedo(tables[object], wi, rho);
+    hetab_lookup_specular(tables[object], wi, delta);
+    float share = rho[1] / (rho[1] + delta[1] + 1e-9f); /* of the samples, not for the delta */
+
+    vec to = lamp + half * (vec){2 * uniform(random) - 1, 2 * uniform(random) - 1} - p;
+    vec towards = unit(to);
+    if (dot(towards, n) > 0 && meet(p, towards, &q, &m) == LAMP) {
+      float at_lamp[3] = {dot(x, towards), dot(y, towards), dot(n, towards)};
+      float by_lamp = dot(to, to) / (lamp_area * fabsf(towards[2]));
+      float by_table = share * hetab_lookup_pdf(tables[object], wi, at_lamp);
+      hetab_lookup_eval(tables[object], wi, at_lamp, f);
+      sum += through * (vec){f[0], f[1], f[2]} * lamp_light * at_lamp[2] * by_lamp /
+             (by_lamp * by_lamp + by_table * by_table);
+    }
+
+    float u[2] = {uniform(random), uniform(random)};
+    if (uniform(random) >= share) {
+      wo[0] = -wi[0], wo[1] = -wi[1], wo[2] = wi[2];
+      through *= (vec){delta[0], delta[1], delta[2]} / (1 - share);
+      density = 0;
+    } else {
+      density = share * hetab_lookup_sample(tables[object], wi, u, wo, f);
+      if (!(density > 0))
+        return sum;
+      through *= (vec){f[0], f[1], f[2]} / share;
+    }
+    o = p;
+    d = unit(x * wo[0] + y * wo[1] + n * wo[2]);
+  }
+  return sum;
+}
+
+static uint8_t encode(float v) { /* a shoulder for what is brighter than white, and sRGB's curve */
+  v = 1 - expf(-1.3f * v);
+  return (uint8_t)(255 * (v < 0.0031308f ? 12.92f * v : 1.055f * powf(v, 1 / 2.4f) - 0.055f) +
+                   0.5f);
+}
+
+int main(int argc, char **argv) {
+  static uint8_t picture[HEIGHT][WIDTH][3];
+  const vec eye = {0, -15, 4.2f}, ahead = unit((vec){0, 0, 0.85f} - eye);
+  png_image image = {.version = PNG_IMAGE_VERSION, .width = WIDTH, .height = HEIGHT};
+  hetab_context *ctx;
+  int samples = argc > 4 ? atoi(argv[2]) : 0;
+  if (samples < 1 || argc - 3 > MOST || hetab_context_create(&ctx) != HETAB_OK)
+    return fprintf(stderr, "usage: path_tracer OUT.png SAMPLES FLOOR SPHERE...\n"), 2;
+  for (; count < argc - 3; count++)
+    if (hetab_lookup_open(ctx, argv[3 + count], HETAB_LOOKUP_INTERPOLATE, &tables[count]) ||
+        hetab_lookup_channels(tables[count]) != 3)
+      return fprintf(stderr, "%s: no linear sRGB: %s\n", argv[3 + count], hetab_error_message(ctx));
+#pragma omp parallel for schedule(dynamic)
+  for (int i = 0; i < HEIGHT * WIDTH; i++) {
+    uint64_t random = (uint64_t)(i + 1) * 0x9E3779B97F4A7C15u;
+    vec light = {0};
+    for (int s = 0; s < samples; s++) {
+      float x = ((float)(i % WIDTH) + uniform(&random)) / WIDTH - 0.5f;
+      float y = (0.5f * HEIGHT - (float)(i / WIDTH) - uniform(&random)) / WIDTH;
+      vec d = unit(ahead + (vec){x, -ahead[2] * y, ahead[1] * y} * 1.15f);
+      vec one = trace(eye, d, &random); /* less of a caustic's stray sparks */
+      light += one / (float)samples * fminf(1, 12 / (one[0] + one[1] + one[2] + 1e-9f));
+    }
+    for (int c = 0; c < 3; c++)
+      picture[i / WIDTH][i % WIDTH][c] = encode(light[c]);
+  }
+  for (int i = 0; i < count; i++)
+    hetab_lookup_free(tables[i]);
+  hetab_context_free(ctx);
+  image.format = PNG_FORMAT_RGB;
+  return !png_image_write_to_file(&image, argv[1], 0, picture, 0, NULL);
+}

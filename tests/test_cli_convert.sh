@@ -1,0 +1,54 @@
+#!/bin/bash
+# Tests `hetab convert` as its users meet it.
+# usage: test_cli_convert.sh PROGRAM
+. "$(dirname "$0")/cli_support.sh"
+
+small="--theta-i 0:90:19 --theta-r 0:90:19 --phi 0:180:19"
+
+works "a table to convert" tabulate NGGAL -o a.binary --quiet
+works "MERL to HDF5" convert a.binary a.h5 $small
+check "says the format" has '^a\.h5: HDF5, 3 channels of linear sRGB$'
+check "states the error" has 'error added by the conversion: L1 [0-9.e+-]+ %, bias [+-]'
+check "rgb is no spectrum" /usr/bin/python3 -c '
+import h5py, sys
+f = h5py.File("a.h5")
+sys.exit(not ("wavelength" not in f and f["brdf"].dims[0].label == "channel" and
+              f["channel"].shape == (3,) and f["brdf"].shape == (3, 19, 19, 19) and
+              f["brdf"].dims[1][0].name == "/theta_i" and "sigma0_um" not in f.attrs and
+              f["specular_reflectance"].shape == (3, 19) and f["brdf"][:].min() >= 0))'
+works "MERL to RGL" convert a.binary a.bsdf --json
+check "JSON" json "d['from'] == 'MERL' and d['to'] == 'RGL' and d['srgb_out'] is True and \
+0 <= d['error_l1'] < 0.01 and d['filled'] == 0 and d['specular_kept'] is True"
+check "the specular reflectance is beside both" test -s a.specular.csv
+works "RGL to MERL" convert a.bsdf b.binary --quiet
+check "quiet" test ! -s out
+check "its size" test "$(stat -c %s b.binary)" = 34992012
+check "specular beside it" cmp a.specular.csv b.specular.csv
+works "the same seed" convert a.bsdf c.binary --json --seed 3
+mv out first
+works "again" convert a.bsdf c.binary --json --seed 3 --force
+check "the same report" cmp out first
+check "the same file" cmp b.binary c.binary
+
+refuses "no output" 2 "give an input and an output" convert a.binary
+refuses "too many" 2 "unexpected argument 'c'" convert a b c
+refuses "existing output" 1 "a\.bsdf.*(exists|force)" convert a.binary a.bsdf
+touch d.specular.csv
+refuses "existing file beside the output" 1 "d\\.specular\\.csv" convert a.bsdf d.binary
+check "then nothing is written" test ! -e d.binary
+refuses "unknown ending" 1 "x\.exr.*\.bsdf" convert a.binary x.exr
+refuses "no such input" 1 "none\.h5" convert none.h5 x.binary
+refuses "itself" 1 "one file" convert a.binary a.binary --force
+refuses "bad grid" 1 "theta_i" convert a.binary x.h5 --theta-i 0:100:3
+refuses "audit of linear sRGB" 1 "convert" audit a.h5
+head -c 100000 a.binary >short.binary
+head -c 3000 a.bsdf >short.bsdf
+head -c 20000 a.h5 >short.h5
+: >empty.binary
+for broken in short.binary short.bsdf short.h5 empty.binary; do
+  refuses "damaged $broken" 1 "$broken" convert $broken x.h5 $small
+done
+check "no output of what was refused" test ! -e x.h5 -a ! -e x.binary -a ! -e x.exr
+refuses "a directory" 1 "." convert . x.h5
+
+summary

@@ -1,0 +1,140 @@
+#!/bin/bash
+# OpenEXR tables as their users meet them: written by `hetab tabulate`, read by OpenEXR's tools and
+# by tinyexr, and compared with the HDF5 table of the same surface.
+# usage: test_cli_exr.sh PROGRAM
+colour=$(realpath "$(dirname "$0")/../src/model/colour.c")
+. "$(dirname "$0")/cli_support.sh"
+readback=$(dirname "$program")/tests/exr_readback
+grid="--theta-i 0:90:7 --theta-r 0:90:37 --phi 0:180:19"
+cat >needle.yml <<YAML
+name: needle
+sigma0_um: 0.05
+tau_um: 200
+index: Al
+YAML
+
+# ---- writing -----------------------------------------------------------------------------------
+
+works "one run, two tables" tabulate BBQAL2 $grid -o a.h5 -o rgb.exr
+check "summary names the part" has 'rgb.exr: specular reflectance.*part specular_reflectance'
+works "the same again" tabulate BBQAL2 $grid -o again.exr -o again.h5
+check "the same bytes" sh -c 'cmp rgb.exr again.exr && cmp a.h5 again.h5'
+works "spectral" tabulate BBQAL2 $grid -o spectral.exr --bands spectral --quiet
+check "quiet" test ! -s out
+works "double arithmetic" tabulate BBQAL2 $grid -o double.exr --bands spectral --precision double
+works "by wavelength, in half" tabulate BBQAL2 $grid -o half.exr --exr-parts wavelength \
+  --exr-type half --json
+check "json" json "d['outputs'][0]['format'] == 'exr' and d['outputs'][0]['saturated'] == 0 and \
+d['outputs'][0]['error']['max_rel'] < 1e-5"
+works "needle, in half" tabulate needle.yml $grid -o needle.exr --exr-type half --samples 0
+check "saturation is told" has 'needle.exr: [0-9]+ pixels above 65504 .* take --exr-type float'
+works "some wavelengths, spectral" tabulate BBQAL2 $grid -o few.exr --bands spectral \
+  --wavelengths 450.5,633
+
+# ---- bad input ---------------------------------------------------------------------------------
+
+refuses "existing output" 1 "rgb.exr exists: use --force" tabulate BBQAL2 $grid -o rgb.exr
+works "force" tabulate BBQAL2 $grid -o rgb.exr --force
+refuses "missing folder" 1 "none/a.exr" tabulate BBQAL2 $grid -o none/a.exr
+refuses "parts by wavelength in colour" 2 "take --bands spectral" tabulate BBQAL2 -o b.exr \
+  --exr-parts wavelength --bands rgb
+refuses "colour of one wavelength" 1 "400 to 700 nm" tabulate BBQAL2 -o b.exr --wavelengths 550
+refuses "absurd size" 1 "GiB of memory" tabulate BBQAL2 -o b.exr --theta-i 0:90:300 \
+  --theta-r 0:90:300 --phi 0:180:721 --exr-parts wavelength
+refuses "too many parts" 1 "5000 parts" tabulate BBQAL2 -o b.exr --theta-i 0:90:5000
+refuses "unknown bands" 2 "--bands: 'mono'" tabulate BBQAL2 -o b.exr --bands mono
+check "nothing was written" test ! -e b.exr
+
+# ---- OpenEXR's own tools -----------------------------------------------------------------------
+
+if command -v exrheader >/dev/null && command -v exrinfo >/dev/null; then
+  for file in rgb spectral double half needle few; do
+    check "$file: exrheader" exrheader $file.exr
+    check "$file: exrinfo" exrinfo -s $file.exr
+  done
+  exrheader rgb.exr >out
+  check "surface" has '^surface .*"BBQAL2"'
+  check "roughness" has '^sigma0_um \(type double\): 0\.54$'
+  check "error" has '^error_max_rel \(type double\): [1-9].*e-06$'
+  check "zip" has '^compression .*: zip'
+  check "float" has 'R, 32-bit floating-point'
+  check "parts" test "$(grep -c '^name ' out)" = 8
+  exrheader half.exr >out
+  check "half" has 'T.550,000000nm, 16-bit floating-point'
+  check "spectral layout" has '^spectralLayoutVersion .*"1.0"'
+else
+  skip "exrheader, exrinfo: OpenEXR's tools are not installed"
+fi
+
+# ---- another reader ----------------------------------------------------------------------------
+
+cat >compare.py <<'PY'
+import h5py, numpy as np, re, sys
+def load(stem):
+    pixels, parts = np.fromfile(stem + ".bin", "f4"), {}
+    for line in open(stem + ".txt"):
+        kind, number, name, *rest = line.split()
+        if kind == "part":
+            width, height = map(int, rest)
+            part = parts[name] = {}
+        elif kind == "channel":
+            first = int(rest[1])
+            part[name] = pixels[first:first + width * height].reshape(height, width)
+    return parts
+def channel(nm):
+    return "T." + ("%.6f" % nm).replace(".", ",") + "nm"
+h5 = h5py.File("a.h5")
+brdf, rho, nm, deg = (h5[k][:] for k in ("brdf", "specular_reflectance", "wavelength", "theta_i"))
+names = ["theta_i_%05.2fdeg" % d for d in deg]
+def spectral():
+    parts = load("spectral")
+    return list(parts) == names + ["specular_reflectance"] and all(
+        np.array_equal(parts[n][channel(l)], brdf[b, i])
+        for i, n in enumerate(names) for b, l in enumerate(nm)) and all(
+        np.array_equal(parts["specular_reflectance"][channel(l)][0], rho[b].astype("f4"))
+        for b, l in enumerate(nm))
+def double():
+    parts = load("double")
+    worst = max(np.max(abs(parts[n][channel(l)] - brdf[b, i]) / np.maximum(brdf[b, i], 1e-9))
+                for i, n in enumerate(names) for b, l in enumerate(nm))
+    return 0 < worst < 1e-5
+def half():
+    parts = load("half")
+    return all(np.array_equal(parts["wavelength_%.2fnm" % l][channel(l)],
+                              brdf[b].reshape(-1, brdf.shape[3]).astype("f2").astype("f4"))
+               for b, l in enumerate(nm))
+def rgb():  # the published observer and illuminant, the published matrix, summed here
+    text = open(sys.argv[2]).read()
+    table = np.array([[float(v) for v in row.split(",")] for row in
+                      re.findall(r"\{([-+0-9.e, ]+)\},", text.split("observer_d65[BANDS][4]")[1])[:31]])
+    white = np.array([1.001126, 1, 1.001599])
+    xyz = table[:, :3] * table[:, 3:] / np.sum(table[:, 1] * table[:, 3]) * white
+    to_rgb = np.array([[3.2404542, -1.5371385, -0.4985314], [-0.9692660, 1.8760108, 0.0415560],
+                       [0.0556434, -0.2040259, 1.0572252]])
+    weights = xyz @ to_rgb.T
+    parts = load("rgb")
+    def close(plane, spectrum, c):
+        wanted = np.tensordot(weights[:, c], spectrum.astype("f8"), 1)
+        scale = np.tensordot(abs(weights[:, c]), spectrum.astype("f8"), 1)
+        return np.all(abs(plane - wanted) <= 1e-7 * scale + 1e-38)  # a float's rounding and least number
+    return all(close(parts[n]["RGB"[c]], brdf[:, i], c) for c in range(3)
+               for i, n in enumerate(names)) and all(
+        close(parts["specular_reflectance"]["RGB"[c]][0], rho, c) for c in range(3))
+def needle():
+    parts = load("needle")
+    return max(p[c].max() for p in parts.values() for c in p) == 65504
+def few():
+    parts = load("few")
+    return list(parts[names[0]]) == ["T.450,500000nm", "T.633,000000nm"]
+sys.exit(not globals()[sys.argv[1]]())
+PY
+if [ -x "$readback" ]; then
+  for file in rgb spectral double half needle few; do
+    check "$file: tinyexr" sh -c "'$readback' $file.exr $file.bin >$file.txt"
+    check "$file: values" /usr/bin/python3 compare.py $file "$colour"
+  done
+else
+  skip "tinyexr: $readback is not built"
+fi
+
+summary

@@ -1,0 +1,70 @@
+#!/bin/bash
+# The look-up library as a renderer uses it: a C and a C++ program, linked with the archive and
+# without OpenCL, read tables that the program wrote.
+. "$(dirname "$0")/cli_support.sh"
+include=$(realpath "$scripts/../include")
+archive=$(dirname "$program")/libhetab.a
+libraries=$(pkg-config --libs hdf5)
+sanitizers=
+! nm "$archive" 2>/dev/null | grep -q __asan_init || sanitizers=-fsanitize=address,undefined
+
+cat >renderer.c <<'END'
+#include <math.h>
+#include <stdio.h>
+#include <hetab/lookup.h>
+
+int main(int argc, char **argv) {
+  hetab_context *ctx;
+  if (hetab_context_create(&ctx) != HETAB_OK)
+    return 2;
+  for (int i = 1; i < argc; i++) {
+    hetab_lookup *table;
+    const float wi[3] = {0.6f, 0.0f, 0.8f}, mirror[3] = {-0.6f, 0.0f, 0.8f}, u[2] = {0.5f, 0.25f};
+    float value[3], weight[3], rho_s[3], wo[3];
+    if (hetab_lookup_open(ctx, argv[i], HETAB_LOOKUP_INTERPOLATE, &table) != HETAB_OK) {
+      puts(hetab_error_message(ctx));
+      return 1;
+    }
+    if (hetab_lookup_channels(table) != 3)
+      return 1;
+    hetab_lookup_eval(table, wi, mirror, value);
+    hetab_lookup_specular(table, wi, rho_s);
+    float density = hetab_lookup_sample(table, wi, u, wo, weight);
+    printf("%.6g %.6g %.6g %.6g\n", (double)value[1], (double)rho_s[1], (double)density,
+           (double)weight[1]);
+    hetab_lookup_free(table);
+  }
+  hetab_context_free(ctx);
+  return 0;
+}
+END
+cp renderer.c renderer.cc
+
+works "tables" tabulate NGGAL --wavelengths 450,550,650 --theta-i 0:90:46 --theta-r 0:90:46 -o t.h5
+works "MERL table" tabulate NGGAL --merl-colour bands --bands 450,550,650 -o t.binary
+check "C links without OpenCL" cc -std=c99 -Wall -Wextra -pedantic -Werror -I"$include" $sanitizers \
+  renderer.c "$archive" $libraries -lm -pthread -o c_program
+check "C++ links without OpenCL" c++ -std=c++11 -Wall -Wextra -Werror -I"$include" $sanitizers \
+  renderer.cc "$archive" $libraries -lm -pthread -o cc_program
+for language in c cc; do
+  ./${language}_program t.h5 t.binary >"$language.out" 2>&1
+  check "$language program runs" test $? = 0
+  check "$language program is free of OpenCL" sh -c "! ldd ${language}_program | grep -qi opencl"
+done
+check "both say the same" cmp c.out cc.out
+# f, rho_s and the weight of a sample of both tables against hetab eval; columns of eval by name
+printf 'lambda_um,theta_i_deg,theta_r_deg,phi_deg\n0.55,36.8698976,36.8698976,180\n' >in
+"$program" eval NGGAL <in >eval.csv
+check "as hetab eval says" /usr/bin/python3 - <<'END'
+import csv
+model = next(csv.DictReader(open("eval.csv")))
+f = float(model["total"])
+rho_s = float(model["sp_reflectance"])
+rows = [[float(x) for x in line.split()] for line in open("c.out")]
+assert len(rows) == 2
+for value, specular, density, weight in rows:
+    assert abs(value / f - 1) < 5e-3, (value, f)
+    assert density > 0 and 0 < weight < 2, (density, weight)
+assert abs(rows[0][1] / rho_s - 1) < 5e-3, (rows[0][1], rho_s)
+END
+summary

@@ -1,0 +1,78 @@
+#!/bin/bash
+# hetab tabulate to RGL tables (.bsdf), from the outside: files, reports, options, refusals.
+# usage: test_cli_rgl.sh PROGRAM
+. "$(dirname "$0")/cli_support.sh"
+
+# parse FILE: the fields of a tensor file, by a parser that knows nothing of ours: name type shape.
+parse() {
+  /usr/bin/python3 - "$1" <<'PYTHON'
+import struct, sys
+b = open(sys.argv[1], "rb").read()
+assert b[:14] == b"tensor_file\0\1\0"
+at, end = 18, 0
+for _ in range(struct.unpack_from("<I", b, 14)[0]):
+    n, = struct.unpack_from("<H", b, at)
+    name = b[at + 2:at + 2 + n].decode(); at += 2 + n
+    ndim, dtype, offset = struct.unpack_from("<HBQ", b, at); at += 11
+    shape = struct.unpack_from("<%dQ" % ndim, b, at); at += 8 * ndim
+    size = {1: 1, 10: 4}[dtype]
+    for s in shape: size *= s
+    assert offset % 8 == 0 and offset >= end and offset + size <= len(b)
+    end = offset + size
+    print(name, dtype, *shape)
+assert end == len(b)
+PYTHON
+}
+
+fields() { parse "$1" >parsed && [ "$(cut -d' ' -f1 parsed | paste -sd' ')" = "$2" ]; }
+shape() { grep -Eq "^$1 $2\$" parsed; }
+
+# ---- linear sRGB -------------------------------------------------------------------------------
+
+works "rgb" tabulate BBQAL2 -o a.bsdf --table-error 0.05
+check "summary" has '^a\.bsdf: rgb, [0-9]+ incidences of [0-9]+ x [0-9]+ nodes, .* MB; relative L1 error at most 0\.0[0-9]+ \(0\.05 asked for\), bias'
+check "specular note" has '^a\.bsdf: specular reflectance, at most .*, omitted; it is in a\.specular\.csv'
+check "no device" has '^BBQAL2 on the host, double'
+check "fields" fields a.bsdf "description jacobian phi_i theta_i ndf sigma vndf luminance rgb"
+check "rgb shape" shape rgb '10 1 ([0-9]+) 3 ([0-9]+) \2'
+check "luminance shape" shape luminance '10 1 ([0-9]+) ([0-9]+) \2'
+check "one azimuth" shape phi_i '10 1'
+check "csv" [ "$(wc -l <a.specular.csv)" = 2822 ]
+check "description" grep -aq "BBQAL2: sigma0 0.54 um, tau 6.5 um" a.bsdf
+
+# ---- spectra -----------------------------------------------------------------------------------
+
+works "spectral" tabulate BBQAL2 -o s.bsdf --bands spectral --wavelengths 500,600 --table-error 0.05 --json
+check "json" json "(o := d['outputs'][0])['format'] == 'rgl' and o['table']['bands'] == 'spectral' \
+  and 0 < o['table']['error_l1'] <= 0.05 == o['table']['table_error'] and o['table']['bytes'] > 1e4 \
+  and o['specular']['file'] == 's.specular.csv' and not o['specular']['in_table'] and d['device'] is None"
+check "spectral fields" fields s.bsdf "description jacobian phi_i theta_i ndf sigma vndf luminance wavelengths spectra"
+check "spectra shape" shape spectra '10 1 ([0-9]+) 2 ([0-9]+) \2'
+
+# ---- with other formats ------------------------------------------------------------------------
+
+works "beside the others" tabulate BBQAL2 -o b.bsdf -o b.binary -o b.h5 --theta-i 0,45 --theta-r 0,45 \
+  --phi 0,180 --table-error 0.1 --samples 100 --force
+check "one csv for both" [ "$(ls b.* | paste -sd' ')" = "b.binary b.bsdf b.h5 b.specular.csv" ]
+check "each is named" has '^b\.binary: specular reflectance, at most 0\.2.* it is in b\.specular\.csv'
+check "the same maximum" has '^b\.bsdf: specular reflectance, at most 0\.2'
+
+# ---- refusals ----------------------------------------------------------------------------------
+
+refuses "existing" 1 "a.bsdf" tabulate BBQAL2 -o a.bsdf --table-error 0.1
+refuses "two names" 2 "given twice" tabulate BBQAL2 -o c.bsdf -o ./c.bsdf
+refuses "table error" 2 "table-error" tabulate BBQAL2 -o c.bsdf --table-error 0
+refuses "bands of a bsdf" 2 "neither rgb nor spectral" tabulate BBQAL2 -o c.bsdf --bands 550
+refuses "bands without a bsdf" 2 "there is none" tabulate BBQAL2 -o c.h5 --bands rgb
+refuses "rgb of one wavelength" 1 "400 to 700 nm" tabulate BBQAL2 -o c.bsdf --wavelengths 550
+cat >needle.yml <<YAML
+sigma0_um: 0.05
+tau_um: 60
+index: Al
+wavelengths_nm: [550]
+YAML
+refuses "out of reach" 1 "allow a table error of 0.0" tabulate needle.yml -o c.bsdf --bands spectral \
+  --table-error 0.0001
+check "nothing written" [ ! -e c.bsdf -a ! -e c.specular.csv ]
+
+summary
