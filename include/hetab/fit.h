@@ -13,16 +13,21 @@
  *
  * Method. At given roughness and index the diffuse part is the only linear unknown: its best value
  * within its bounds and the constraint is found exactly (variable projection), so that at most
- * three unknowns are left. From each start: the best point of a lattice through it over the bounds,
- * then NLopt's COBYLA; from the distinct ends NLopt's SLSQP with central differences. The search
- * variables are logarithms.
+ * three unknowns are left. From each start: the lowest dips of a lattice through it over the
+ * bounds, then NLopt's COBYLA; from the distinct ends NLopt's SLSQP with central differences. The
+ * search variables are logarithms.
  *
  * Constraint. rho_dh(theta_i, lambda) <= bound at every incidence and wavelength used, within 1e-5:
  * the model alone, without a diffuse part, exceeds the reflectance of polished aluminium by up to
  * 3e-6 near normal incidence at slopes below 0.1. Dielectrics (n 1.5) exceed theirs by up to 2e-3
  * at slopes below 0.2, and what enters a paint comes back: they need HETAB_FIT_ENERGY.
  *
- * Errors (synthetic data with 2 % noise; tests/test_fit.c): stated there. */
+ * Errors (tests/test_fit.c): the report's five surfaces with a = 0.05 and 2 % noise, measured as a
+ * gonioreflectometer does at 1440 pairs: slope within 0.5 %, a within 0.006 (1e-4 with relative
+ * weights), the same from every start to 1e-8. From 324 pairs in the incidence plane, energy
+ * weights leave `a` of the smoothest, beside a peak of 140 / sr, to within 0.1. Over 200 such sets
+ * each the 95 % intervals of the slope held the truth 91 to 95 times in 100, those of `a` 87 to 98
+ * times. */
 #ifndef HETAB_FIT_H
 #define HETAB_FIT_H
 
