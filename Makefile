@@ -13,8 +13,8 @@ PACKAGES := OpenCL hdf5 yaml-0.1 nlopt libzip expat libpng
 # Deferred (=), so that they see what scripts/setup has installed.
 PACKAGE_FLAGS = $(shell pkg-config --cflags $(PACKAGES) OpenEXR jansson)
 # Of OpenEXR the C API alone, whose name carries the version.
-PACKAGE_LIBS = $(shell pkg-config --libs-only-L hdf5) -lhdf5_hl $(shell pkg-config --libs $(PACKAGES)) \
-  $(filter -lOpenEXRCore%,$(shell pkg-config --libs OpenEXR))
+EXR_LIB = $(filter -lOpenEXRCore%,$(shell pkg-config --libs OpenEXR))
+PACKAGE_LIBS = $(shell pkg-config --libs-only-L hdf5) -lhdf5_hl $(shell pkg-config --libs $(PACKAGES)) $(EXR_LIB)
 CPPFLAGS_ALL = -Iinclude -Isrc -I. -DHETAB_VERSION='"$(VERSION)"' -D_GNU_SOURCE \
   -DCL_TARGET_OPENCL_VERSION=120 $(PACKAGE_FLAGS) $(CPPFLAGS)
 # No contraction: host values must not depend on what the compiler fuses.
@@ -120,7 +120,8 @@ install: build ## install under PREFIX (default /usr/local), below DESTDIR
 	install -m 755 $(BUILD)/libhetab.so $(DESTDIR)$(PREFIX)/lib/libhetab.so.$(VERSION)
 	ln -sf libhetab.so.$(VERSION) $(DESTDIR)$(PREFIX)/lib/libhetab.so.0
 	ln -sf libhetab.so.0 $(DESTDIR)$(PREFIX)/lib/libhetab.so
-	sed -e 's|@PREFIX@|$(PREFIX)|' -e 's|@VERSION@|$(VERSION)|' src/hetab.pc.in \
+	sed -e 's|@PREFIX@|$(PREFIX)|' -e 's|@VERSION@|$(VERSION)|' \
+	  -e 's|@PACKAGES@|$(PACKAGES)|' -e 's|@EXR@|$(EXR_LIB)|' src/hetab.pc.in \
 	  > $(DESTDIR)$(PREFIX)/lib/pkgconfig/hetab.pc
 	install -m 644 $(BUILD)/hetab.1 $(DESTDIR)$(PREFIX)/share/man/man1/
 
