@@ -13,8 +13,8 @@ PACKAGES := OpenCL hdf5 yaml-0.1 nlopt libzip expat libpng
 # Deferred (=), so that they see what scripts/setup has installed.
 PACKAGE_FLAGS = $(shell pkg-config --cflags $(PACKAGES) OpenEXR jansson)
 # Of OpenEXR the C API alone, whose name carries the version.
-PACKAGE_LIBS = $(shell pkg-config --libs-only-L hdf5) -lhdf5_hl $(shell pkg-config --libs $(PACKAGES)) \
-  $(filter -lOpenEXRCore%,$(shell pkg-config --libs OpenEXR))
+EXR_LIB = $(filter -lOpenEXRCore%,$(shell pkg-config --libs OpenEXR))
+PACKAGE_LIBS = $(shell pkg-config --libs-only-L hdf5) -lhdf5_hl $(shell pkg-config --libs $(PACKAGES)) $(EXR_LIB)
 CPPFLAGS_ALL = -Iinclude -Isrc -I. -DHETAB_VERSION='"$(VERSION)"' -D_GNU_SOURCE \
   -DCL_TARGET_OPENCL_VERSION=120 $(PACKAGE_FLAGS) $(CPPFLAGS)
 # No contraction: host values must not depend on what the compiler fuses.
@@ -61,8 +61,9 @@ test-renderers: setup ## check the .bsdf tables in Mitsuba 3 (from PyPI, below b
 	@PYTHON=$(PYTHON) scripts/test_renderers $(BUILD)
 
 .PHONY: gallery
-gallery: setup ## render the report's five surfaces in Mitsuba 3 to out/gallery/
-	@$(MAKE) --no-print-directory -s build
+gallery: setup ## render tables to out/gallery/: in Mitsuba 3, and in C with the look-up library
+	@$(MAKE) --no-print-directory -s build $(BUILD)/path_tracer
+	@scripts/gallery_path_tracer $(BUILD) out/gallery
 	@PYTHON=$(PYTHON) scripts/gallery $(BUILD) out/gallery
 
 .PHONY: tests
@@ -81,22 +82,19 @@ bench: setup ## speed against error of every method, with plots, in out/
 	@$(MAKE) --no-print-directory -s $(BUILD)/tests/bench/lookup_speed
 	@$(BUILD)/tests/bench/lookup_speed out BBQAL1 BBQAL2 GGAL120 GGAL240 NGGAL | tee out/lookup.csv
 
-.PHONY: gallery-c
-gallery-c: setup ## draw out/gallery/path_tracer.png with the look-up library
-	@$(MAKE) --no-print-directory -s build $(BUILD)/path_tracer
-	@scripts/gallery_path_tracer $(BUILD) out/gallery
-
 .PHONY: figures
 figures: setup ## redraw what the report's figures show, in out/figures
 	@$(MAKE) --no-print-directory -s build
 	@scripts/figures $(BUILD)/hetab out/figures
 
+# PoCL's compiler gives the thread that loads it a signal stack, which the sanitizer would unmap.
 .PHONY: asan
 asan: setup ## run the tests under AddressSanitizer and UndefinedBehaviorSanitizer
 	@$(MAKE) --no-print-directory -s BUILD=$(BUILD)/asan \
 	  CFLAGS='-O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=undefined' \
 	  build tests
-	@LSAN_OPTIONS=suppressions=tests/lsan.supp:print_suppressions=0 sh scripts/run_tests $(BUILD)/asan
+	@ASAN_OPTIONS=use_sigaltstack=0 LSAN_OPTIONS=suppressions=tests/lsan.supp:print_suppressions=0 \
+	  sh scripts/run_tests $(BUILD)/asan
 
 .PHONY: tsan
 tsan: setup ## run the test of threads under ThreadSanitizer
@@ -122,7 +120,8 @@ install: build ## install under PREFIX (default /usr/local), below DESTDIR
 	install -m 755 $(BUILD)/libhetab.so $(DESTDIR)$(PREFIX)/lib/libhetab.so.$(VERSION)
 	ln -sf libhetab.so.$(VERSION) $(DESTDIR)$(PREFIX)/lib/libhetab.so.0
 	ln -sf libhetab.so.0 $(DESTDIR)$(PREFIX)/lib/libhetab.so
-	sed -e 's|@PREFIX@|$(PREFIX)|' -e 's|@VERSION@|$(VERSION)|' src/hetab.pc.in \
+	sed -e 's|@PREFIX@|$(PREFIX)|' -e 's|@VERSION@|$(VERSION)|' \
+	  -e 's|@PACKAGES@|$(PACKAGES)|' -e 's|@EXR@|$(EXR_LIB)|' src/hetab.pc.in \
 	  > $(DESTDIR)$(PREFIX)/lib/pkgconfig/hetab.pc
 	install -m 644 $(BUILD)/hetab.1 $(DESTDIR)$(PREFIX)/share/man/man1/
 

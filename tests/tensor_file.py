@@ -4,9 +4,9 @@ of RGL: a second reader for the tests, which shares nothing with the library.
 
 usage: tensor_file.py FILE...      prints the fields; exit status 1 if a file is not as it should be
 
-Container, little-endian: 12 bytes "tensor_file\\0", two version bytes 1 and 0, u32 number of fields;
-then for each field u16 length of its name, the name, u16 number of dimensions, u8 type, u64 offset
-of its data in the file, u64 for each dimension. Data in C order.
+Container, little-endian: 12 bytes "tensor_file\\0", two version bytes 1 and 0, u32 number of
+fields; then for each field u16 length of its name, the name, u16 number of dimensions, u8 type,
+u64 offset of its data in the file, u64 for each dimension. Data in C order.
 """
 import math
 import struct
@@ -15,7 +15,7 @@ import sys
 import numpy
 
 MAGIC = b"tensor_file\0"
-TYPES = dict(enumerate(("u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f2", "<f4", "<f8"), 1))
+TYPES = dict(enumerate("u1 i1 <u2 <i2 <u4 <i4 <u8 <i8 <f2 <f4 <f8".split(), 1))
 ALIGNMENT = 8
 
 
@@ -63,8 +63,8 @@ def parse(data):
     for name, kind, offset, shape in sorted(fields, key=lambda field: field[2]):
         size = math.prod(shape) * kind.itemsize
         require(offset >= end, f"field '{name}' at {offset} overlaps what ends at {end}")
-        require(offset % ALIGNMENT == 0, f"field '{name}': offset {offset} is not padded to 8 bytes")
-        require(offset + size <= len(data), f"field '{name}' ends at {offset + size} of {len(data)}")
+        require(offset % ALIGNMENT == 0, f"field '{name}': offset {offset} is not a multiple of 8")
+        require(offset + size <= len(data), f"'{name}' ends at {offset + size} of {len(data)}")
         tensors[name] = numpy.frombuffer(data, kind, math.prod(shape), offset).reshape(shape)
         end = offset + size
     require(len(data) - end < ALIGNMENT, f"{len(data) - end} bytes follow the last field")
@@ -84,8 +84,8 @@ FLOATS = ("phi_i", "theta_i", "ndf", "sigma", "vndf", "luminance")
 def shape_of(rgl, name, *shape):
     require(name in rgl, f"no field '{name}'")
     found = rgl[name].shape
-    require(len(found) == len(shape) and all(n in (None, m) for n, m in zip(shape, found)),
-            f"'{name}' has shape {found}, not {shape}")
+    fits = all(n in (None, m) for n, m in zip(shape, found))
+    require(len(found) == len(shape) and fits, f"'{name}' has shape {found}, not {shape}")
     return found
 
 

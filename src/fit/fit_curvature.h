@@ -35,6 +35,18 @@ void hetab_fit_add_normal(hetab_fit_curvature *c, const hetab_fit_state *state,
 /* The normal matrix's inverse, less the direction in which the constraint holds. */
 void hetab_fit_invert(hetab_fit_curvature *c);
 
+/* Half width, of a logarithm, of what the data do not determine. */
+#define HETAB_FIT_WIDE 1.0
+
+/* d ln(quantity) / d ln(unknown). */
+double hetab_fit_follows(const hetab_fit_curvature *c, hetab_fit_quantity quantity,
+                         hetab_fit_quantity from);
+/* Degrees of freedom: residuals of one pair are not independent. */
+double hetab_fit_freedom(const hetab_fit_curvature *c);
+
+/* Widens the estimates' intervals where the profile says so (fit_profile.c). */
+hetab_status hetab_fit_check_profiles(hetab_fit_curvature *c, hetab_fit *fit);
+
 /* Fills in the estimates' bootstrap intervals (fit_bootstrap.c). */
 hetab_status hetab_fit_bootstrap(hetab_fit_curvature *c, hetab_fit *fit);
 

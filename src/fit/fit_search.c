@@ -13,7 +13,7 @@ static const double SAME_ANSWER = 1e-4;
 static const double LEAST_Q = 1e-10;
 static const double BROKEN = 1e3; /* of a scan: above every objective */
 enum { COARSE_EVALUATIONS = 300, FINE_EVALUATIONS = 2000, MOST_POLISHED = 4 };
-enum { MOST_LATTICE = 144, MOST_PROBES = 3 };
+enum { MOST_LATTICE = 144, MOST_PROBES = 3, MOST_DIPS = 4 };
 
 typedef struct search {
   hetab_fit_problem *problem;
@@ -36,7 +36,7 @@ static int is_better(const hetab_fit_state *a, const hetab_fit_state *b) {
 
 /* How many evaluations there will be in all, about. */
 static double expected(const search *s) {
-  static const double lattices[HETAB_FIT_MOST_FREE] = {12, 60, 144};
+  static const double lattices[HETAB_FIT_MOST_FREE] = {12, 96, 144};
   double each = lattices[s->problem->free_count - 1] + 20 * (double)s->problem->free_count;
   double all = (double)(s->starts + MOST_PROBES) * each * (s->problem->constrained ? 2 : 1) + 50;
   return fmax(all, (double)s->problem->evaluations + 1);
@@ -183,7 +183,7 @@ typedef struct lattice {
 /* Finest in the first unknown, the one that sets the width of the lobes. */
 static lattice lattice_through(const hetab_fit_problem *p, const double *x) {
   static const size_t sides[HETAB_FIT_MOST_FREE][HETAB_FIT_MOST_FREE] = {
-      {12, 1, 1}, {12, 5, 1}, {12, 4, 3}};
+      {12, 1, 1}, {12, 8, 1}, {12, 4, 3}};
   lattice l = {.count = 1};
   for (size_t f = 0; f < p->free_count; f++) {
     l.side[f] = sides[p->free_count - 1][f];
@@ -263,14 +263,15 @@ static hetab_status run_probes(search *s, const lattice *l, hetab_fit *fit, heta
   return HETAB_OK;
 }
 
-/* From the lattice's lowest dips, as many as there are unknowns: valleys hide between its points.
- */
+/* From the lattice's lowest dip, with several unknowns from the lowest few: valleys hide between
+ * its points. */
 static hetab_status run_start(search *s, const lattice *l, hetab_fit_start *start,
                               hetab_fit_state *end) {
   size_t n = s->problem->free_count, dip = next_dip(l, n, -HUGE_VAL);
+  size_t most = n == 1 ? 1 : MOST_DIPS;
   hetab_fit_state found;
   hetab_status status = hetab_fit_state_create(s->problem, &found);
-  for (size_t k = 0; k < n && dip < l->count && status == HETAB_OK; k++) {
+  for (size_t k = 0; k < most && dip < l->count && status == HETAB_OK; k++) {
     double x[HETAB_FIT_MOST_FREE];
     lattice_point(l, dip, n, x);
     status = run_one(s, x, start, &found);

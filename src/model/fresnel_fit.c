@@ -27,17 +27,19 @@ static double fitted(const double *fit, double cos2) {
 static int fit_with(double n, double k, int count, double tolerance, double *fit) {
   enum { CHECKS = 64 };
   double a[HETAB_FRESNEL_FIT], m[HETAB_FRESNEL_FIT];
+  hetab_fitter fitter;
+  hetab_fitter_make(count, &fitter);
   memset(fit, 0, 2 * HETAB_FRESNEL_FIT * sizeof *fit);
   for (int i = 0; i < count; i++) {
-    double cos2 = 0.5 * (1.0 + hetab_node(i, count));
+    double cos2 = 0.5 * (1.0 + fitter.node[i]);
     double re = n * n - k * k - (1.0 - cos2), im = 2.0 * n * k;
     a[i] = creal(csqrt(CMPLX(re, im)));
     m[i] = hypot(re, im);
   }
-  hetab_chebyshev(a, count, fit);
-  hetab_chebyshev(m, count, fit + HETAB_FRESNEL_FIT);
-  hetab_to_powers(fit, count);
-  hetab_to_powers(fit + HETAB_FRESNEL_FIT, count);
+  hetab_chebyshev(&fitter, a, fit);
+  hetab_chebyshev(&fitter, m, fit + HETAB_FRESNEL_FIT);
+  hetab_to_powers(&fitter, fit);
+  hetab_to_powers(&fitter, fit + HETAB_FRESNEL_FIT);
   for (int i = 0; i <= CHECKS; i++) {
     double cos2 = (double)i / CHECKS, exact = hetab_fresnel_at(cos2, n, k);
     if (!(fabs(fitted(fit, cos2) - exact) <= tolerance * exact))

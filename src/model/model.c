@@ -13,10 +13,6 @@ double hetab_one_plus_cos(double phi) {
   return 2.0 * c * c;
 }
 
-double hetab_tau_2sigma(const hetab_surface *surface) {
-  return hetab_surface_tau_um(surface) / (2.0 * hetab_surface_sigma0_um(surface));
-}
-
 hetab_direction hetab_direction_at(double theta, double tau_2sigma) {
   hetab_direction d = {.theta = theta, .mu = cos(theta), .s = sin(theta)};
   if (theta >= M_PI_2)

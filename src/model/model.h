@@ -16,8 +16,10 @@ typedef struct hetab_direction {
   double k;               /* Eq. 22; infinite at pi/2 */
 } hetab_direction;
 
-/* tau / (2 sigma0). */
-double hetab_tau_2sigma(const hetab_surface *surface);
+/* tau / (2 sigma0). Inline: what links the model alone needs no surfaces. */
+static inline double hetab_tau_2sigma(const hetab_surface *surface) {
+  return hetab_surface_tau_um(surface) / (2.0 * hetab_surface_sigma0_um(surface));
+}
 
 /* theta in radians, [0, pi/2]. */
 hetab_direction hetab_direction_at(double theta, double tau_2sigma);

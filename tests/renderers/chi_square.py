@@ -1,8 +1,8 @@
 """Pearson's test of a .bsdf's sample() against its pdf(), by mitsuba.chi2.
 
-mitsuba.chi2.ChiSquareTest needs a variant with arrays: it runs in llvm_ad_*, where LLVM is there. In
-the scalar variants the histogram and the integrals of the density are formed here, on the same
-cells; pooling, statistic and probability are Mitsuba's own (mitsuba.math_py), from the same module.
+mitsuba.chi2.ChiSquareTest needs a variant with arrays: it runs in llvm_ad_*, where LLVM is there.
+In the scalar variants the histogram and the integrals of the density are formed here, on the same
+cells; pooling, statistic and probability are the ones that it uses (mitsuba.math_py).
 
 The cells are polar about the mirror direction and narrow towards it. In those of Mitsuba's
 SphericalDomain a narrow lobe at normal incidence lies in one row; and the density that the
@@ -55,7 +55,7 @@ class Cells:
         """(w, its solid angle per area of the square)."""
         phi, theta = 2 * math.pi * (u - 0.5), math.pi * v * v
         sine = numpy.sin(theta)
-        local = numpy.stack([sine * numpy.cos(phi), sine * numpy.sin(phi), numpy.cos(theta)], axis=1)
+        local = numpy.stack([sine * numpy.cos(phi), sine * numpy.sin(phi), numpy.cos(theta)], 1)
         return local @ self.frame, 4 * math.pi ** 2 * sine * v
 
     def integrals(self, density, cells, nodes):
@@ -112,7 +112,8 @@ class MirrorDomain:
         return CELLS[1] / CELLS[0]
 
     def map_forward(self, p):
-        (sin_phi, cos_phi), (sine, cosine) = self.dr.sincos(p.x), self.dr.sincos(math.pi * p.y * p.y)
+        sin_phi, cos_phi = self.dr.sincos(p.x)
+        sine, cosine = self.dr.sincos(math.pi * p.y * p.y)
         return self.frame.to_world(self.mi.Vector3f(cos_phi * sine, sin_phi * sine, cosine))
 
     def map_backward(self, w):

@@ -78,8 +78,8 @@ class Pairs:
 
 def horizon_values(material):
     """Values and densities for directions at and below the horizon and at the poles."""
-    edge = [[0, 0, 1], [1, 0, 0], [0, 1, 0], [-1, 0, 1e-7], [1, 0, 1e-4], [0.6, 0, 0.8], [0.6, 0, -0.8],
-            [0, 0, -1]]
+    edge = [[0, 0, 1], [1, 0, 0], [0, 1, 0], [-1, 0, 1e-7], [1, 0, 1e-4], [0.6, 0, 0.8],
+            [0.6, 0, -0.8], [0, 0, -1]]
     wi, wo = (numpy.array(w, "f8") for w in zip(*((a, b) for a in edge for b in edge)))
     values = material.eval(wi, wo, WAVELENGTHS_NM.tolist()).ravel()
     densities = [material.pdf(a, numpy.array(edge, "f8")) for a in edge]

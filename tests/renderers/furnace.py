@@ -11,7 +11,7 @@ RINGS_DEG = (0, 15, 30, 45, 60, 70, 80)  # a ring between each two
 SUB = 8                                  # points of a pixel, per axis, of the expected values
 
 
-def render(mi, path):
+def render(mi, bsdf):
     """[PIXELS][PIXELS][3], linear sRGB."""
     view = mi.ScalarTransform4f().look_at(origin=[0, 0, 3], target=[0, 0, 0], up=[0, 1, 0])
     white = {"type": "d65"} if "spectral" in mi.variant() else {"type": "rgb", "value": 1.0}
@@ -23,7 +23,7 @@ def render(mi, path):
                             "rfilter": {"type": "box"}, "component_format": "float32"},
                    "sampler": {"type": "independent", "sample_count": SAMPLES}},
         "sky": {"type": "constant", "radiance": white},
-        "ball": {"type": "sphere", "bsdf": {"type": "measured", "filename": path}}})
+        "ball": {"type": "sphere", "bsdf": bsdf}})
     return numpy.array(mi.render(scene))[:, :, :3]
 
 

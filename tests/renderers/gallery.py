@@ -17,8 +17,9 @@ from model import Model, srgb_weights
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
+from PIL import Image
 
-WIDTH, HEIGHT = 1600, 620
+WIDTH, HEIGHT, PNG_WIDTH = 1600, 620, 1060
 PASSES, SAMPLES = 24, 16
 SPACING = 2.45                   # between the centres of spheres of radius 1
 EXPOSURE, SHOULDER = 1.1, 0.4
@@ -63,12 +64,9 @@ def studio():
     }
 
 
-def sphere(surface, k, count, folder):
-    name = os.path.join(folder, f"{surface}-rgb")
-    return {"type": "sphere", "radius": 1.0,
-            "center": [(k - (count - 1) / 2) * SPACING, 1.0, 0.0],
-            "bsdf": {"type": "with_specular", "reflectance": name + ".specular.csv",
-                     "table": {"type": "measured", "filename": name + ".bsdf"}}}
+def sphere(k, count, bsdf):
+    return {"type": "sphere", "radius": 1.0, "bsdf": bsdf,
+            "center": [(k - (count - 1) / 2) * SPACING, 1.0, 0.0]}
 
 
 def render(scene, passes):
@@ -97,11 +95,19 @@ def label(picture, abouts, path):
     axes.axis("off")
     for k, about in enumerate(abouts):
         x = width * (0.5 + (k - (len(abouts) - 1) / 2) * LABEL_SPACING)
-        axes.text(x, 0.86 * height, about["name"], color="0.92", fontsize=15, ha="center",
-                  family="DejaVu Sans", weight="bold")
+        axes.text(x, 0.86 * height, about["name"], color="0.92", fontsize=12, ha="center",
+                  weight="bold")
         axes.text(x, 0.925 * height, rf"$\sigma_0$ {about['sigma0_um']:g} µm   $\tau$ "
-                  rf"{about['tau_um']:g} µm", color="0.66", fontsize=12, ha="center")
+                  rf"{about['tau_um']:g} µm", color="0.66", fontsize=10, ha="center")
     figure.savefig(path)
+    Image.open(path).convert("RGB").save(path, optimize=True)
+
+
+def write(linear, abouts, output):
+    whole = mi.Bitmap(linear.astype("f4"))
+    whole.write(os.path.join(output, "spheres.exr"))
+    small = numpy.array(whole.resample([PNG_WIDTH, PNG_WIDTH * HEIGHT // WIDTH]))
+    label(tone(small), abouts, os.path.join(output, "spheres.png"))
 
 
 def main():
@@ -116,15 +122,14 @@ def main():
     mi.set_variant("scalar_rgb")
     weights = srgb_weights(mi)
     mi.set_variant("llvm_ad_rgb")
-    from specular import register
+    from specular import register, with_specular
     register(weights)
     scene = studio()
     for k, surface in enumerate(surfaces):
-        scene[surface] = sphere(surface, k, len(surfaces), folder)
+        path = os.path.join(folder, f"{surface}-rgb.bsdf")
+        scene[surface] = sphere(k, len(surfaces), with_specular(path))
     linear = render(mi.load_dict(scene), 1 if quick else PASSES)
-    mi.Bitmap(linear.astype("f4")).write(os.path.join(output, "spheres.exr"))
-    abouts = [json.loads(model.run("surfaces", model.surface, "--json")) for model in models]
-    label(tone(linear), abouts, os.path.join(output, "spheres.png"))
+    write(linear, [json.loads(m.run("surfaces", m.surface, "--json")) for m in models], output)
 
 
 if __name__ == "__main__":

@@ -34,12 +34,11 @@ class Model:
         total = answer.split("\n", 1)[0].split(",").index("total")
         return numpy.loadtxt(io.StringIO(answer), delimiter=",", skiprows=1, usecols=total)
 
-    def reflectance(self, theta_deg):
-        """[wavelength][theta]; without the specular delta, as tables are."""
+    def reflectance(self, theta_deg, column):
+        """[wavelength][theta] of a column of `hetab reflectance`."""
         answer = self.run("reflectance", "--quiet", "--theta-i",
                           ",".join(f"{t:g}" for t in theta_deg), self.surface)
-        rows = [float(row["rho_dd"]) + float(row["rho_ud"])
-                for row in csv.DictReader(io.StringIO(answer))]
+        rows = [float(row[column]) for row in csv.DictReader(io.StringIO(answer))]
         return numpy.array(rows).reshape(len(WAVELENGTHS_NM), len(theta_deg))
 
 

@@ -37,7 +37,8 @@ class WithSpecular(mi.BSDF):
         place = dr.safe_acos(wi.z) * (2 / dr.pi) * (NODES - 1)
         left = dr.clip(mi.UInt32(place), 0, NODES - 2)
         t = place - left
-        return mi.Color3f(*(dr.lerp(dr.gather(mi.Float, c, left), dr.gather(mi.Float, c, left + 1), t)
+        return mi.Color3f(*(dr.fma(t, dr.gather(mi.Float, c, left + 1),
+                                   (1 - t) * dr.gather(mi.Float, c, left))
                             for c in self.channels))
 
     def chance(self, rho):
@@ -70,6 +71,13 @@ class WithSpecular(mi.BSDF):
 
     def to_string(self):
         return f"WithSpecular[{self.table}]"
+
+
+def with_specular(path):
+    """The .bsdf at path with its delta."""
+    stem = path.removesuffix(".bsdf")
+    return {"type": "with_specular", "reflectance": stem + ".specular.csv",
+            "table": {"type": "measured", "filename": path}}
 
 
 def register(weights):
