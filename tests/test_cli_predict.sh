@@ -21,6 +21,8 @@ works "options over the file" predict s.yml --sigma0 0.4:0.6 --tau 4:5.5
 check "options win" has 'sigma0 0.5 um \(0.4 to 0.6\), tau 5 um \(4 to 5.5\)'
 works "no bounds" predict BBQAL2 --theta-i 30 --json
 check "no bounds, no width" json "d['curves'][0]['low'] == d['curves'][0]['f'] == d['curves'][0]['high']"
+works "no bounds, in words" predict BBQAL2 --theta-i 30
+check "says that there are none, and how to give them" has 'no bounds: .*--non-uniformity'
 works "predict --json" predict s.yml --json --theta-i 30 --wavelengths 450,650 --step 1
 check "JSON holds curves in order" json "len(d['curves']) == 2 and len(d['theta_r_deg']) == 181 and \
   all(l <= f <= h for c in d['curves'] for l, f, h in zip(c['low'], c['f'], c['high']))"

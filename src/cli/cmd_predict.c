@@ -184,6 +184,10 @@ static void print_skipped(const job *j) {
            s.below_horizon, s.negative, s.not_finite);
 }
 
+static int has_bounds(const hetab_roughness_bounds *b) {
+  return b->sigma0_um.low < b->sigma0_um.high || b->tau_um.low < b->tau_um.high;
+}
+
 static void print_text(const job *j) {
   const hetab_prediction *p = j->prediction;
   printf("%s: ", hetab_surface_name(j->surface));
@@ -199,7 +203,10 @@ static void print_text(const job *j) {
            predict_shown(c->specular.nominal), predict_shown(c->specular.low),
            predict_shown(c->specular.high));
   }
-  printf("\nthe bounds miss less than %.1g of the value\n", p->error);
+  if (has_bounds(&p->bounds))
+    printf("\nthe bounds miss less than %.1g of the value\n", p->error);
+  else
+    puts("\nno bounds: the surface's file has none; give --non-uniformity, --sigma0 or --tau");
   if (!j->measurements)
     return;
   print_count("incidence plane", &p->plane);
