@@ -91,6 +91,21 @@ rows = list(csv.DictReader(open("p.csv")))
 big = [r for r in rows if float(r["measured"]) > 1]
 sys.exit(not (big and all(abs(float(r["model"]) / float(r["measured"]) - 1) < 0.15 for r in big)))
 PYTHON
+# ---- numbers that are none ---------------------------------------------------------------------
+
+numbers() {
+  echo wavelength_nm,theta_i_deg,theta_r_deg,phi_deg,f
+  for theta_r in 10 20 30; do echo 550,10,$theta_r,180,$1; done
+}
+numbers 1 >three.csv
+works "three equal values" fit three.csv --index n=1.5 --tau 5 --json
+check "what is not determined stays within its bounds" json "(lambda e: not e['determined'] and \
+  0.005 <= e['low'] <= e['value'] <= e['high'] <= 1)(d['fits'][0]['estimates'][0])"
+numbers 1e308 >vast.csv
+refuses "values beyond any surface" 1 'vast.csv:2: a BRDF of 1e\+308' fit vast.csv --index Al --tau 5
+refuses "prediction beside such" 1 'vast.csv:2: a BRDF of 1e\+308' predict BBQAL1 --measurements vast.csv
+numbers 1e-200 >faint.csv
+refuses "values that square to nothing" 1 'next to 0' fit faint.csv --index Al --tau 5
 refuses "existing file" 1 "exists: use --force" $fit --surface s.yaml
 works "forced" $fit --constraint none --surface s.yaml --force
 refuses "output is the input" 2 "is the input" $fit --csv plane.csv --force

@@ -35,10 +35,11 @@ typedef struct hetab_measurements hetab_measurements;
  * file's, without folder and extension.
  * HETAB_ERR_PARSE or HETAB_ERR_IO, with file, line and remedy: malformed, truncated, without a
  * usable value, or in a wrong unit (wavelengths outside 0.01 to 100 um; radians beyond pi; degrees
- * none of which exceeds 2 pi). */
+ * none of which exceeds 2 pi; values above 1e12 / sr), or more than 2 GiB of values. */
 hetab_status hetab_measurements_load(hetab_context *ctx, const char *path,
                                      hetab_measurements **out);
-/* From memory: values[count][wavelengths], 1/sr; NaN marks a value that is missing. */
+/* From memory: values[count][wavelengths], 1/sr, at most 1e12; NaN marks a value that is missing.
+ */
 hetab_status hetab_measurements_create(hetab_context *ctx, const double *lambda_um,
                                        size_t wavelengths, const hetab_pair_of_directions *pairs,
                                        size_t count, const double *values,

@@ -10,6 +10,7 @@ static const double WAVELENGTH_TOLERANCE_UM = 1e-4, INCIDENCE_TOLERANCE_DEG = 0.
 static const double PLANE_TOLERANCE_DEG = 0.5;
 static const double SAME_ANGLE_DEG = 0.05; /* angles written with few digits */
 static const double INCIDENCE_BIN_DEG = 5.0;
+static const double LEAST_SCALE = 1e-60; /* below it squares get lost */
 enum { MOST_INCIDENCES = 40, MOST_POINTS = 100000 };
 
 static double degrees(double radians) {
@@ -349,5 +350,10 @@ hetab_status hetab_fit_data_weigh(hetab_context *ctx, hetab_fit_weights weights,
     data->values += data->weight[i] > 0;
     data->scale += data->weight[i] * (logarithms ? 1 : f * f);
   }
+  if (!(data->scale >= LEAST_SCALE))
+    return hetab_fail(ctx, HETAB_ERR_RANGE,
+                      "the measured values are next to 0, a weighted sum of squares of %g: leave "
+                      "them out, or give 1/sr",
+                      data->scale);
   return HETAB_OK;
 }

@@ -247,18 +247,30 @@ static hetab_fit_end end_of(const hetab_fit_curvature *c, hetab_fit_quantity qua
   return HETAB_FIT_END_FIXED;
 }
 
+/* How far ln(quantity) can go up (sign 1) or down (-1) with all unknowns within their bounds. */
+static double reach(const hetab_fit_curvature *c, hetab_fit_quantity quantity, int sign) {
+  double sum = 0;
+  for (size_t m = 0; m < c->moving; m++) {
+    double x = c->best->x[c->unknown[m]], follow = sign * follows_moving(c, quantity, m);
+    sum += follow * c->per_x[m] * (follow > 0 ? 1 - x : -x);
+  }
+  return sum;
+}
+
 static void estimate_quantity(const hetab_fit_curvature *c, double t, hetab_fit_quantity quantity,
                               hetab_fit_estimate *e) {
   const hetab_fit_parameter *o = &c->p->options.parameters[quantity];
   double error = t * log_error(c, quantity);
   *e = (hetab_fit_estimate){.quantity = quantity, .value = c->best->value[quantity]};
   e->end = end_of(c, quantity);
-  e->undetermined = error > HETAB_FIT_WIDE || is_singular(c, quantity);
-  e->low = e->value * exp(-error);
-  e->high = e->value * exp(error);
-  if (is_singular(c, quantity)) {
-    e->low = o->free ? o->low : 0;
-    e->high = o->free ? o->high : HUGE_VAL;
+  e->undetermined = !(error <= HETAB_FIT_WIDE) || is_singular(c, quantity);
+  if (is_singular(c, quantity))
+    error = HUGE_VAL;
+  e->low = e->value * exp(-(e->undetermined ? fmin(error, reach(c, quantity, -1)) : error));
+  e->high = e->value * exp(e->undetermined ? fmin(error, reach(c, quantity, 1)) : error);
+  if (e->undetermined && o->free) { /* sigma0 is bounded beside slope and tau */
+    e->low = fmax(e->low, o->low);
+    e->high = fmin(e->high, o->high);
   }
 }
 
@@ -276,13 +288,18 @@ static double diffuse_error(const hetab_fit_curvature *c, size_t g) {
 
 static void estimate_diffuse(const hetab_fit_curvature *c, double t, size_t g,
                              hetab_fit_estimate *e) {
+  const hetab_fit_parameter *o = &c->p->options.parameters[HETAB_FIT_DIFFUSE];
   double error = t * diffuse_error(c, g);
   *e = (hetab_fit_estimate){.quantity = HETAB_FIT_DIFFUSE, .value = c->best->diffuse[g]};
   e->lambda_um = c->p->groups == 1 ? 0 : c->p->data.lambda_um[g];
   e->end = c->best->end[g];
-  e->undetermined = error > WIDE_DIFFUSE;
+  e->undetermined = !(error <= WIDE_DIFFUSE);
   e->low = fmax(e->value - error, 0);
   e->high = e->value + error;
+  if (e->undetermined && o->free) {
+    e->low = fmax(e->low, o->low);
+    e->high = fmin(e->high, o->high);
+  }
 }
 
 double hetab_fit_freedom(const hetab_fit_curvature *c) {

@@ -149,6 +149,10 @@ hetab_status hetab_sheet_add(hetab_sheet *sheet, const hetab_measured_angles *an
   }
   double *row = sheet->values + sheet->count * sheet->wavelengths;
   for (size_t i = 0; i < sheet->wavelengths; i++)
+    if (isfinite(values[i]) && values[i] > HETAB_MOST_BRDF)
+      return hetab_sheet_fail(sheet, "a BRDF of %g / sr is no surface's: give at most %g / sr",
+                              values[i], HETAB_MOST_BRDF);
+  for (size_t i = 0; i < sheet->wavelengths; i++)
     row[sheet->column[i]] = counted(sheet, values[i]);
   sheet->pairs[sheet->count++] = pair;
   return HETAB_OK;

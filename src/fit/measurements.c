@@ -67,14 +67,19 @@ static double folded(double phi) {
 }
 
 /* Values that are none become NaN. */
-static void clean_values(hetab_measurements *m, double *values) {
+static hetab_status clean_values(hetab_context *ctx, hetab_measurements *m, double *values) {
   for (size_t b = 0; b < m->wavelengths; b++) {
+    if (isfinite(values[b]) && values[b] > HETAB_MOST_BRDF)
+      return hetab_fail(ctx, HETAB_ERR_RANGE,
+                        "%s: a BRDF of %g / sr is no surface's: give at most %g / sr", m->name,
+                        values[b], HETAB_MOST_BRDF);
     if (isinf(values[b]) || values[b] < 0) {
       m->skipped.not_finite += isinf(values[b]) != 0;
       m->skipped.negative += isinf(values[b]) == 0;
       values[b] = NAN;
     }
   }
+  return HETAB_OK;
 }
 
 hetab_status hetab_measurements_clean(hetab_context *ctx, hetab_measurements *m) {
@@ -94,7 +99,7 @@ hetab_status hetab_measurements_clean(hetab_context *ctx, hetab_measurements *m)
     m->pairs[kept] = pair;
     memmove(&m->values[kept * m->wavelengths], &m->values[i * m->wavelengths],
             m->wavelengths * sizeof *m->values);
-    clean_values(m, &m->values[kept++ * m->wavelengths]);
+    HETAB_TRY(clean_values(ctx, m, &m->values[kept++ * m->wavelengths]));
   }
   m->count = kept;
   if (kept == 0)

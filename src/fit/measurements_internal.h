@@ -15,13 +15,17 @@ struct hetab_measurements {
   hetab_measurements_skipped skipped;
 };
 
+/* 1/sr. Beyond it is no surface, and the sums of squares of a fit come to an end. */
+#define HETAB_MOST_BRDF 1e12
+
 /* Room for count pairs at these many wavelengths, all zero; HETAB_ERR_MEMORY if it does not fit. */
 hetab_status hetab_measurements_new(hetab_context *ctx, const char *name, size_t wavelengths,
                                     size_t count, hetab_measurements **out);
 
 /* Checks the wavelengths, and takes out what a measurement cannot be, counting it in `skipped`:
  * rows with a direction at or below the horizon or not a number are removed, negative and infinite
- * values become NaN, phi is folded to [0, pi]. HETAB_ERR_RANGE if nothing is left. */
+ * values become NaN, phi is folded to [0, pi]. HETAB_ERR_RANGE if nothing is left, or
+ * a value is above HETAB_MOST_BRDF. */
 hetab_status hetab_measurements_clean(hetab_context *ctx, hetab_measurements *measurements);
 
 #endif
