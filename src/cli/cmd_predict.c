@@ -449,8 +449,10 @@ static int run(const cli_command *self, int argc, char **argv) {
     status = check_bounds(self, &r, &bounds);
   if (status < 0)
     status = check_files(self, &r);
+  if (status >= 0)
+    return status;
   r.surface = argv[first];
-  return status < 0 ? run_request(&r, &bounds) : status;
+  return run_request(&r, &bounds);
 }
 
 const cli_command cli_predict = {
