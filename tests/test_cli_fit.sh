@@ -101,6 +101,9 @@ numbers 1 >three.csv
 works "three equal values" fit three.csv --index n=1.5 --tau 5 --json
 check "what is not determined stays within its bounds" json "(lambda e: not e['determined'] and \
   0.005 <= e['low'] <= e['value'] <= e['high'] <= 1)(d['fits'][0]['estimates'][0])"
+{ numbers 1; numbers 0 | sed '1d;s/550,10/550,20/'; } >dark.csv
+works "an incidence without a logarithm" fit dark.csv --index n=1.5 --tau 5 --weights log --json
+check "both incidences are there" json "[i['values'] for i in d['fits'][0]['incidences']] == [3, 0]"
 numbers 1e308 >vast.csv
 refuses "values beyond any surface" 1 'vast.csv:2: a BRDF of 1e\+308' fit vast.csv --index Al --tau 5
 refuses "prediction beside such" 1 'vast.csv:2: a BRDF of 1e\+308' predict BBQAL1 --measurements vast.csv

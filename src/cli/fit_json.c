@@ -19,11 +19,25 @@ static json_t *estimate_json(const hetab_fit_estimate *e) {
 }
 
 static json_t *incidence_json(const hetab_fit_incidence *i) {
-  return json_pack("{sf sI sf sf sf sf sf sf sf sf sf sf sf}", "theta_i_deg", i->theta_i_deg,
-                   "values", (json_int_t)i->values, "error", i->error, "rms", i->rms, "mean",
-                   i->mean, "bias", i->bias, "margin", i->margin, "margin_wavelength_nm",
-                   1e3 * i->margin_lambda_um, "rho_dh", i->rho_dh, "bound", i->bound,
-                   "polished_margin", i->polished_margin, "room", i->room, "excess", i->excess);
+  const struct {
+    const char *name;
+    double value;
+  } fields[] = {{"error", i->error},
+                {"rms", i->rms},
+                {"mean", i->mean},
+                {"bias", i->bias},
+                {"margin", i->margin},
+                {"margin_wavelength_nm", 1e3 * i->margin_lambda_um},
+                {"rho_dh", i->rho_dh},
+                {"bound", i->bound},
+                {"polished_margin", i->polished_margin},
+                {"room", i->room},
+                {"excess", i->excess}};
+  json_t *incidence =
+      json_pack("{sf sI}", "theta_i_deg", i->theta_i_deg, "values", (json_int_t)i->values);
+  for (size_t f = 0; f < sizeof fields / sizeof *fields; f++)
+    json_object_set_new(incidence, fields[f].name, number(fields[f].value));
+  return incidence;
 }
 
 static json_t *start_json(const hetab_fit_start *s) {
