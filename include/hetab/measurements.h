@@ -16,7 +16,7 @@ typedef struct hetab_pair_of_directions {
 
 typedef struct hetab_measurements hetab_measurements;
 
-/* By extension, else by content:
+/* By extension, else by content (what comes through a pipe is text):
  *   .brdf    Cornell gonioreflectometer text: '#' comments, how many wavelengths, the wavelengths
  *            in nm, then rows theta_i phi_i theta_s phi_s (radians) and a BRDF per wavelength
  *   .astm    ASTM E1392 style: header lines of which VARS names the columns (theta_i, phi_i,

@@ -29,8 +29,9 @@ typedef struct hetab_heights_options {
   double resample_um; /* interpolate scans with x linearly on places this far apart; 0: do not */
 } hetab_heights_options;
 
-/* Told apart by content:
- * - text, columns separated by commas, semicolons, tabs or blanks, '#' starts a comment:
+/* Told apart by content; what comes through a pipe is text or SDF:
+ * - text, columns separated by commas, semicolons, tabs or blanks, fields perhaps in
+ *   double quotes, decimal points, '#' starts a comment:
  *   a header "x_um,z_nm" (also "x [um]", "z (nm)", "height/mm") names the columns; every z column
  *   is a scan; without an x column options.spacing_um is needed. Without a header options.unit is
  *   needed: one column is z, two are x and z, more are a map, row by row;
