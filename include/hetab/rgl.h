@@ -65,8 +65,8 @@ hetab_status hetab_rgl_tabulate(hetab_context *ctx, const hetab_surface *surface
 hetab_status hetab_rgl_save(hetab_context *ctx, const hetab_rgl *rgl, const char *path,
                             int overwrite);
 /* Isotropic tables, ours or others', with either jacobian, any number of incidences, linear sRGB or
- * spectra. HETAB_ERR_PARSE naming file, field and what is wrong; HETAB_ERR_UNSUPPORTED for
- * anisotropic ones. A luminance slice of zeros samples evenly. */
+ * spectra of up to 4096 wavelengths. HETAB_ERR_PARSE naming file, field and what is wrong;
+ * HETAB_ERR_UNSUPPORTED for anisotropic ones. A luminance slice of zeros samples evenly. */
 hetab_status hetab_rgl_load(hetab_context *ctx, const char *path, hetab_rgl **out);
 void hetab_rgl_free(hetab_rgl *rgl); /* NULL is fine */
 
