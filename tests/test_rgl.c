@@ -690,6 +690,13 @@ static void test_hostile_shapes(void **state) {
   t.fields[PHI_I].shape[0] = 8;
   assemble(t.fields, FIELDS, &b);
   refuse(*state, &b, HETAB_ERR_UNSUPPORTED, "anisotropic");
+  static float many[4097];
+  field more[FIELDS + 1];
+  small_table_init(&t);
+  memcpy(more, t.fields, sizeof t.fields);
+  more[FIELDS] = (field){"wavelengths", F32, 1, {4097}, many};
+  assemble(more, FIELDS + 1, &b);
+  refuse(*state, &b, HETAB_ERR_PARSE, "4097 of them");
 }
 
 /* Every truncation of the header and many of the data; every byte of the header changed. */

@@ -123,19 +123,6 @@ static hetab_status check_order(hetab_context *ctx, const char *path, csv *file)
                             "'%s': wavelengths ascend, each with the same ascending angles", path);
 }
 
-/* weight[wave][channel] of linear sRGB. */
-static hetab_status colour_weights(hetab_context *ctx, const double *lambda_um, size_t waves,
-                                   double *weight) {
-  double(*xyz)[3] = hetab_alloc(ctx, waves, sizeof *xyz);
-  if (!xyz)
-    return HETAB_ERR_MEMORY;
-  hetab_status status = hetab_xyz_weights(ctx, lambda_um, waves, xyz);
-  for (size_t w = 0; w < waves && status == HETAB_OK; w++)
-    hetab_xyz_to_srgb(xyz[w], weight + 3 * w);
-  free(xyz);
-  return status;
-}
-
 /* Linear between the file's wavelengths, held beyond them. */
 static void band_weights(const double *from_um, size_t waves, const double *to_um, size_t channels,
                          double *weight) {
@@ -165,7 +152,7 @@ static hetab_status mix(hetab_context *ctx, const csv *file, size_t channels,
   if (status == HETAB_OK && lambda_um)
     band_weights(from_um, file->waves, lambda_um, channels, weight);
   else if (status == HETAB_OK)
-    status = colour_weights(ctx, from_um, file->waves, weight);
+    status = hetab_srgb_weights(ctx, from_um, file->waves, (double(*)[3])weight);
   for (size_t i = 0; i < file->angles && status == HETAB_OK; i++) {
     s->theta[i] = file->rows[i].deg * M_PI / 180;
     for (size_t c = 0; c < channels; c++) {

@@ -301,11 +301,7 @@ static hetab_status weigh(hetab_context *ctx, hetab_exr_writer *w, const hetab_b
     HETAB_GOTO(HETAB_ERR_MEMORY);
   for (size_t b = 0; b < w->bands; b++)
     lambda_um[b] = bands[b].lambda_um;
-  HETAB_GOTO(hetab_xyz_weights(ctx, lambda_um, w->bands, w->weights));
-  for (size_t b = 0; b < w->bands; b++) {
-    double xyz[3] = {w->weights[b][0], w->weights[b][1], w->weights[b][2]};
-    hetab_xyz_to_srgb(xyz, w->weights[b]);
-  }
+  HETAB_GOTO(hetab_srgb_weights(ctx, lambda_um, w->bands, w->weights));
 done:
   free(lambda_um);
   return status;
