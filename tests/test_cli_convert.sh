@@ -36,6 +36,20 @@ refuses "existing output" 1 "a\.bsdf.*(exists|force)" convert a.binary a.bsdf
 touch d.specular.csv
 refuses "existing file beside the output" 1 "d\\.specular\\.csv" convert a.bsdf d.binary
 check "then nothing is written" test ! -e d.binary
+works "a table without a delta" tabulate GGAL120 -o rough.h5 $small --quiet --wavelengths 400:700:10
+/usr/bin/python3 -c '
+import h5py
+h5py.File("rough.h5", "r+")["specular_reflectance"][:] = 0'
+refuses "a delta that is another table's" 1 "d\\.specular\\.csv.*move it away" \
+  convert rough.h5 d.binary --force
+check "then nothing is written either" test ! -e d.binary -a -e d.specular.csv
+works "no delta" convert rough.h5 none.binary --quiet
+check "no file of it" test -e none.binary -a ! -e none.specular.csv
+works "a name that is all ending" convert a.bsdf .binary --quiet
+check "its delta is where readers look" test -e .binary -a -e .specular.csv -a ! -e .binary.specular.csv
+works "a spectral table" tabulate BBQAL2 -o spectral.h5 $small --quiet
+works "to colour" convert spectral.h5 colour.bsdf --srgb --json --table-error 0.05
+check "counts the components of this table, not of those tried" json "0 < d['clamped'] < 500"
 refuses "unknown ending" 1 "x\.exr.*\.bsdf" convert a.binary x.exr
 refuses "no such input" 1 "none\.h5" convert none.h5 x.binary
 refuses "itself" 1 "one file" convert a.binary a.binary --force

@@ -526,6 +526,32 @@ static void test_lambertian(void **state) {
   hetab_rgl_free(rgl);
 }
 
+/* Nothing but at grazing incidence. */
+static hetab_status grazing_only(hetab_context *ctx, void *user, const hetab_rgl_pair *pairs,
+                                 size_t count, double *values) {
+  const double least = radians(86);
+  for (size_t i = 0; i < count; i++)
+    for (int c = 0; c < 3; c++)
+      values[3 * i + (size_t)c] = pairs[i].theta_i > least && pairs[i].theta_r > least ? 1.0 : 0.0;
+  return HETAB_OK;
+}
+
+/* A source that gives no reason to place incidences anywhere: the file is a table all the same. */
+static void test_dark(void **state) {
+  hetab_context *ctx = *state;
+  hetab_rgl_source source = {.channels = 3, .values = grazing_only};
+  hetab_rgl_options options = {.table_error = 0.02};
+  hetab_rgl_report report;
+  hetab_rgl *rgl, *again;
+  char path[64];
+  assert_ok(ctx, hetab_rgl_build(ctx, &source, &options, &rgl, &report));
+  assert_ok(ctx, hetab_rgl_save(ctx, rgl, temporary(path), 1));
+  assert_ok(ctx, hetab_rgl_load(ctx, path, &again));
+  unlink(path);
+  hetab_rgl_free(rgl);
+  hetab_rgl_free(again);
+}
+
 /* ---- files ---------------------------------------------------------------------------------- */
 
 static unsigned char *read_whole(const char *path, size_t *size) {
@@ -664,6 +690,13 @@ static void test_hostile_shapes(void **state) {
   t.fields[PHI_I].shape[0] = 8;
   assemble(t.fields, FIELDS, &b);
   refuse(*state, &b, HETAB_ERR_UNSUPPORTED, "anisotropic");
+  static float many[4097];
+  field more[FIELDS + 1];
+  small_table_init(&t);
+  memcpy(more, t.fields, sizeof t.fields);
+  more[FIELDS] = (field){"wavelengths", F32, 1, {4097}, many};
+  assemble(more, FIELDS + 1, &b);
+  refuse(*state, &b, HETAB_ERR_PARSE, "4097 of them");
 }
 
 /* Every truncation of the header and many of the data; every byte of the header changed. */
@@ -853,12 +886,22 @@ static void test_edges(void **state) {
 }
 
 int main(void) {
-  const struct CMUnitTest tests[] = {
-      TEST(test_mitsuba),        TEST(test_no_jacobian),     TEST(test_container),
-      TEST(test_round_trip),     TEST(test_samples),         TEST(test_model_source),
-      TEST(test_presets),        TEST(test_needle),          TEST(test_lambertian),
-      TEST(test_hostile_header), TEST(test_hostile_numbers), TEST(test_hostile_shapes),
-      TEST(test_corrupted),      TEST(test_no_file),         TEST(test_edges),
-      TEST(test_foreign)};
+  const struct CMUnitTest tests[] = {TEST(test_mitsuba),
+                                     TEST(test_no_jacobian),
+                                     TEST(test_container),
+                                     TEST(test_round_trip),
+                                     TEST(test_samples),
+                                     TEST(test_model_source),
+                                     TEST(test_presets),
+                                     TEST(test_needle),
+                                     TEST(test_lambertian),
+                                     TEST(test_hostile_header),
+                                     TEST(test_hostile_numbers),
+                                     TEST(test_hostile_shapes),
+                                     TEST(test_corrupted),
+                                     TEST(test_no_file),
+                                     TEST(test_edges),
+                                     TEST(test_foreign),
+                                     TEST(test_dark)};
   return cmocka_run_group_tests_name("RGL tables", tests, NULL, NULL);
 }

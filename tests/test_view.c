@@ -310,6 +310,30 @@ static void exr_data(void **state) {
   close_view(&s);
 }
 
+/* Readers refuse files with two parts of one name. */
+static void exr_names(void **state) {
+  static const double close_deg[] = {5, 30.001, 30.004};
+  static const char *const expected[] = {"lobe_theta_i_05.0000deg", "lobe_theta_i_30.0010deg",
+                                         "lobe_theta_i_30.0040deg"};
+  hetab_context *ctx = ((fixture *)*state)->ctx;
+  hetab_view_options options = usual(HETAB_VIEW_LOBES);
+  exr_context_initializer_t start = EXR_DEFAULT_CONTEXT_INITIALIZER;
+  exr_context_t exr;
+  subject s;
+  options.theta_i_deg = close_deg;
+  options.theta_i_count = 3;
+  open_view(ctx, 0.54, 6.5, &options, &s);
+  assert_ok(ctx, hetab_view_save_exr(ctx, s.view, "names.exr", 0));
+  assert_int_equal(exr_start_read(&exr, "names.exr", &start), EXR_ERR_SUCCESS);
+  for (int i = 0; i < 3; i++) {
+    const char *name;
+    exr_get_name(exr, i, &name);
+    assert_string_equal(name, expected[i]);
+  }
+  exr_finish(&exr);
+  close_view(&s);
+}
+
 static void full_disk(void **state) {
   hetab_context *ctx = ((fixture *)*state)->ctx;
   hetab_view_options options = usual(HETAB_VIEW_LOBES);
@@ -330,7 +354,7 @@ static void full_disk(void **state) {
 
 static void bad_options(void **state) {
   hetab_context *ctx = ((fixture *)*state)->ctx;
-  static const double grazing = 90;
+  static const double grazing = 90, twice[] = {30, 30};
   static const struct {
     hetab_view_options options;
     hetab_status status;
@@ -345,6 +369,9 @@ static void bad_options(void **state) {
       {{.wavelength_um = 0.55, .theta_i_deg = &grazing, .theta_i_count = 1},
        HETAB_ERR_ARGUMENT,
        "below 90"},
+      {{.wavelength_um = 0.55, .theta_i_deg = twice, .theta_i_count = 2},
+       HETAB_ERR_ARGUMENT,
+       "ascending"},
       {{.wavelength_um = 0.55, .width = 100000}, HETAB_ERR_ARGUMENT, "8192"},
       {{.wavelength_um = 0}, HETAB_ERR_RANGE, "400 to 700"},
   };
@@ -396,8 +423,9 @@ static void font(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      TEST(lobes),    TEST(maps),     TEST(lambertian), TEST(mirror),      TEST(needle),
-      TEST(png_page), TEST(exr_data), TEST(full_disk),  TEST(bad_options), TEST(font),
+      TEST(lobes),     TEST(maps),        TEST(lambertian), TEST(mirror),
+      TEST(needle),    TEST(png_page),    TEST(exr_data),   TEST(exr_names),
+      TEST(full_disk), TEST(bad_options), TEST(font),
   };
   return cmocka_run_group_tests_name("view", tests, NULL, NULL);
 }

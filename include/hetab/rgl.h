@@ -54,7 +54,7 @@ typedef struct hetab_rgl_report {
  * the error that the largest reaches, if it is above table_error; linear sRGB needs wavelengths
  * from 400 to 700 nm in steps of at most 10 nm (HETAB_ERR_RANGE).
  *
- * Made on the host in double, on all cores; needs no device. 2 to 5 s of one core's time at 1 %.
+ * Made on the host in double, on all cores; needs no device. 2 to 4 s of one core's time at 1 %.
  * Error: the presets at the default, against the literal equations at other directions: L1 <=
  * 0.0076, bias <= 0.0025, 0.8 to 1.5 MB (tests/test_rgl.c). A needle (sigma0 0.05, tau 60 um) and a
  * sub-wavelength surface (0.02, 0.2) reach 1 % too. options and report may be NULL. */
@@ -65,8 +65,8 @@ hetab_status hetab_rgl_tabulate(hetab_context *ctx, const hetab_surface *surface
 hetab_status hetab_rgl_save(hetab_context *ctx, const hetab_rgl *rgl, const char *path,
                             int overwrite);
 /* Isotropic tables, ours or others', with either jacobian, any number of incidences, linear sRGB or
- * spectra. HETAB_ERR_PARSE naming file, field and what is wrong; HETAB_ERR_UNSUPPORTED for
- * anisotropic ones. A luminance slice of zeros samples evenly. */
+ * spectra of up to 4096 wavelengths. HETAB_ERR_PARSE naming file, field and what is wrong;
+ * HETAB_ERR_UNSUPPORTED for anisotropic ones. A luminance slice of zeros samples evenly. */
 hetab_status hetab_rgl_load(hetab_context *ctx, const char *path, hetab_rgl **out);
 void hetab_rgl_free(hetab_rgl *rgl); /* NULL is fine */
 

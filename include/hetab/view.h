@@ -39,7 +39,7 @@ typedef enum hetab_view_what {
 
 typedef struct hetab_view_options {
   hetab_view_what what;
-  const double *theta_i_deg; /* [theta_i_count], in [0, 90); NULL: 0, 30, 60, 80 */
+  const double *theta_i_deg; /* [theta_i_count], ascending, in [0, 90); NULL: 0, 30, 60, 80 */
   size_t theta_i_count;      /* at most HETAB_VIEW_MOST_THETA_I */
   double wavelength_um;      /* one wavelength, the same in R, G and B; 0: linear sRGB */
   size_t width;              /* of the page in pixels, 640 to 8192; 0: 1280 */
@@ -70,7 +70,8 @@ const float *hetab_view_lobe(const hetab_view *view, size_t i, size_t *count,
 hetab_status hetab_view_save_png(hetab_context *ctx, const hetab_view *view, const char *path,
                                  int overwrite);
 /* The data, linear, float: parts sphere, map_theta_i_30.00deg, ..., and lobe_theta_i_30.00deg, ...
- * (one row; channels R G B and theta_r_deg). */
+ * (one row; channels R G B and theta_r_deg); with more decimals where angles are closer than 0.01
+ * degrees. */
 hetab_status hetab_view_save_exr(hetab_context *ctx, const hetab_view *view, const char *path,
                                  int overwrite);
 

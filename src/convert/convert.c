@@ -1,8 +1,10 @@
 #include <hetab/convert.h>
 
+#include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <hetab/table.h>
 
@@ -43,25 +45,34 @@ static hetab_status check_not_the_same(hetab_context *ctx, const char *in, const
   return HETAB_OK;
 }
 
+static hetab_status write_table(hetab_context *ctx, hetab_convert_source *source, const char *path,
+                                const hetab_convert_options *options, hetab_format format) {
+  switch (format) {
+  case HETAB_FORMAT_H5:
+    return hetab_convert_to_h5(ctx, source, path, options);
+  case HETAB_FORMAT_MERL:
+    return hetab_convert_to_merl(ctx, source, path, options);
+  case HETAB_FORMAT_RGL:
+    return hetab_convert_to_rgl(ctx, source, path, options);
+  }
+  return HETAB_ERR_UNSUPPORTED;
+}
+
+/* The file of the delta first: no table is without it. */
 static hetab_status write_output(hetab_context *ctx, hetab_convert_source *source, const char *path,
                                  const hetab_convert_options *options,
                                  hetab_convert_report *report) {
+  char *made;
   HETAB_TRY(hetab_convert_check_specular(ctx, source, report->to, path, options->overwrite,
                                          &report->specular_max));
-  switch (report->to) {
-  case HETAB_FORMAT_H5:
-    HETAB_TRY(hetab_convert_to_h5(ctx, source, path, options));
-    break;
-  case HETAB_FORMAT_MERL:
-    HETAB_TRY(hetab_convert_to_merl(ctx, source, path, options));
-    break;
-  case HETAB_FORMAT_RGL:
-    HETAB_TRY(hetab_convert_to_rgl(ctx, source, path, options));
-    break;
-  }
+  HETAB_TRY(hetab_convert_save_specular(ctx, source, report->to, path, options->overwrite, report,
+                                        &made));
+  hetab_status status = write_table(ctx, source, path, options, report->to);
+  if (status != HETAB_OK && made)
+    unlink(made);
+  free(made);
   report->clamped = source->clamped;
-  return hetab_convert_save_specular(ctx, source, report->to, path, options->overwrite,
-                                     report->specular_max, &report->specular_kept);
+  return status;
 }
 
 hetab_status hetab_convert(hetab_context *ctx, const char *in, const char *out,

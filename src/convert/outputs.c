@@ -5,10 +5,13 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <hetab/merl.h>
 
 #include "convert/mend.h"
+#include "lookup/specular.h"
+#include "rgl/rgl_table.h"
 #include "table/h5_head.h"
 
 /* ---- HDF5 ---------------------------------------------------------------------------------- */
@@ -205,25 +208,24 @@ hetab_status hetab_convert_to_rgl(hetab_context *ctx, hetab_convert_source *sour
   hetab_rgl *rgl;
   HETAB_TRY(check_not_black(ctx, source));
   HETAB_TRY(hetab_rgl_build(ctx, &table, &rgl_options, &rgl, &report));
-  hetab_status status = hetab_rgl_save(ctx, rgl, path, options->overwrite);
+  hetab_status status = HETAB_OK;
+  if (source->clamped) { /* in any of the tables that were tried: count those of this one */
+    source->clamped = 0;
+    status = hetab_rgl_fill(ctx, &table, rgl);
+  }
+  if (status == HETAB_OK)
+    status = hetab_rgl_save(ctx, rgl, path, options->overwrite);
   hetab_rgl_free(rgl);
   return status;
 }
 
 /* ---- the specular delta -------------------------------------------------------------------- */
 
-/* NAME.x -> NAME.specular.csv; free() it. */
-static char *specular_path(hetab_context *ctx, const char *path) {
-  char *name;
-  const char *slash = strrchr(path, '/'), *dot = strrchr(path, '.');
-  int stem = (int)(dot && dot > (slash ? slash : path) ? (size_t)(dot - path) : strlen(path));
-  if (asprintf(&name, "%.*s.specular.csv", stem, path) >= 0)
-    return name;
-  hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for the name of '%s'", path);
-  return NULL;
-}
-
 enum { ANGLES = 91 };
+
+static hetab_status out_of_memory(hetab_context *ctx, const char *path) {
+  return hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for '%s'", path);
+}
 
 /* Every degree of every wavelength of the table, before it was made sRGB. */
 static hetab_status write_csv(hetab_context *ctx, const hetab_convert_source *source,
@@ -235,8 +237,7 @@ static hetab_status write_csv(hetab_context *ctx, const hetab_convert_source *so
   FILE *stream = rho ? open_memstream(&text, &size) : NULL;
   if (!stream) {
     free(rho);
-    return rho ? hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for '%s'", path)
-               : HETAB_ERR_MEMORY;
+    return out_of_memory(ctx, path);
   }
   for (int i = 0; i < ANGLES; i++) {
     const float wi[3] = {(float)sin(i * M_PI / 180), 0, (float)cos(i * M_PI / 180)};
@@ -247,17 +248,27 @@ static hetab_status write_csv(hetab_context *ctx, const hetab_convert_source *so
     for (int i = 0; i < ANGLES; i++)
       fprintf(stream, "%.10g,%d,%.9g\n", 1000 * lambda_um[b], i,
               (double)rho[(size_t)i * source->channels_in + b]);
-  fclose(stream);
-  hetab_status status = hetab_text_save(ctx, path, text, size, overwrite);
+  hetab_status status = fclose(stream) == 0 ? hetab_text_save(ctx, path, text, size, overwrite)
+                                            : out_of_memory(ctx, path);
   free(text);
   free(rho);
   return status;
 }
 
+/* Readers would add a delta that is another table's. */
+static hetab_status check_none(hetab_context *ctx, const char *path) {
+  if (access(path, F_OK) != 0)
+    return HETAB_OK;
+  return hetab_fail(ctx, HETAB_ERR_EXISTS,
+                    "'%s' exists: readers would take it for the specular delta of the output, "
+                    "which it is not; move it away, or give another output",
+                    path);
+}
+
 /* The file beside the input, if there is one, beside the output. */
 static hetab_status copy_csv(hetab_context *ctx, const hetab_convert_source *source,
                              const char *path, int overwrite, int *kept) {
-  char *from = specular_path(ctx, source->path), *text = NULL;
+  char *from = hetab_specular_path(ctx, source->path), *text = NULL;
   size_t size = 0;
   if (!from)
     return HETAB_ERR_MEMORY;
@@ -267,7 +278,7 @@ static hetab_status copy_csv(hetab_context *ctx, const hetab_convert_source *sou
     fclose(file);
   *kept = read > 0;
   hetab_status status =
-      *kept ? hetab_text_save(ctx, path, text, (size_t)read, overwrite) : HETAB_OK;
+      *kept ? hetab_text_save(ctx, path, text, (size_t)read, overwrite) : check_none(ctx, path);
   free(text);
   free(from);
   return status;
@@ -284,25 +295,27 @@ static double largest_specular(const hetab_convert_source *source, float *rho) {
   return (double)largest;
 }
 
-/* What the file beside the output is called; NULL: there is nothing to write, for there is no
- * delta, HDF5 holds it, or the file beside the input is that one. */
+static int same_file(const char *a, const char *b) {
+  struct stat about_a, about_b;
+  return stat(a, &about_a) == 0 && stat(b, &about_b) == 0 && about_a.st_dev == about_b.st_dev &&
+         about_a.st_ino == about_b.st_ino;
+}
+
+/* What the file beside the output is called; NULL: HDF5 has none, or the one beside the input is
+ * that one. */
 static hetab_status path_beside(hetab_context *ctx, const hetab_convert_source *source,
-                                hetab_format format, const char *path, double largest,
-                                char **name) {
+                                hetab_format format, const char *path, char **name) {
   *name = NULL;
-  if (largest == 0 || format == HETAB_FORMAT_H5)
+  if (format == HETAB_FORMAT_H5)
     return HETAB_OK;
-  *name = specular_path(ctx, path);
-  char *from = specular_path(ctx, source->path);
-  struct stat a, b;
-  int same = *name && from && stat(*name, &a) == 0 && stat(from, &b) == 0 && a.st_dev == b.st_dev &&
-             a.st_ino == b.st_ino && source->format != HETAB_FORMAT_H5;
-  hetab_status status = *name && from ? HETAB_OK : HETAB_ERR_MEMORY;
-  free(from);
-  if (same || status != HETAB_OK) {
-    free(*name);
-    *name = NULL;
+  char *to = hetab_specular_path(ctx, path), *from = hetab_specular_path(ctx, source->path);
+  hetab_status status = to && from ? HETAB_OK : HETAB_ERR_MEMORY;
+  if (status == HETAB_OK && (source->format == HETAB_FORMAT_H5 || !same_file(to, from))) {
+    *name = to;
+    to = NULL;
   }
+  free(to);
+  free(from);
   return status;
 }
 
@@ -315,23 +328,31 @@ hetab_status hetab_convert_check_specular(hetab_context *ctx, const hetab_conver
     return HETAB_ERR_MEMORY;
   *largest = largest_specular(source, rho);
   free(rho);
-  HETAB_TRY(path_beside(ctx, source, format, path, *largest, &name));
-  hetab_status status = name ? hetab_output_check(ctx, name, overwrite) : HETAB_OK;
+  HETAB_TRY(path_beside(ctx, source, format, path, &name));
+  hetab_status status = HETAB_OK;
+  if (name)
+    status = *largest > 0 ? hetab_output_check(ctx, name, overwrite) : check_none(ctx, name);
   free(name);
   return status;
 }
 
 hetab_status hetab_convert_save_specular(hetab_context *ctx, const hetab_convert_source *source,
                                          hetab_format format, const char *path, int overwrite,
-                                         double largest, int *kept) {
-  char *name;
-  *kept = 1;
-  HETAB_TRY(path_beside(ctx, source, format, path, largest, &name));
+                                         hetab_convert_report *report, char **made) {
+  char *name = NULL;
+  *made = NULL;
+  report->specular_kept = 1;
+  if (report->specular_max > 0)
+    HETAB_TRY(path_beside(ctx, source, format, path, &name));
   if (!name)
     return HETAB_OK;
+  int was_there = access(name, F_OK) == 0;
   hetab_status status = hetab_lookup_wavelengths_um(source->table)
                             ? write_csv(ctx, source, name, overwrite)
-                            : copy_csv(ctx, source, name, overwrite, kept);
-  free(name);
+                            : copy_csv(ctx, source, name, overwrite, &report->specular_kept);
+  if (status == HETAB_OK && report->specular_kept && !was_there)
+    *made = name;
+  else
+    free(name);
   return status;
 }

@@ -12,13 +12,14 @@ hetab_status hetab_convert_to_rgl(hetab_context *ctx, hetab_convert_source *sour
                                   const char *path, const hetab_convert_options *options);
 
 /* The largest rho_s of the table; fails if NAME.specular.csv would have to be written beside the
- * output and could not be. */
+ * output and could not be, or is there although the table has no delta. */
 hetab_status hetab_convert_check_specular(hetab_context *ctx, const hetab_convert_source *source,
                                           hetab_format format, const char *path, int overwrite,
                                           double *largest);
-/* Writes it; *kept: whether all of the delta is in or beside the output. */
+/* Writes it and sets report->specular_kept; *made: the file, if there was none before, free() it.
+ */
 hetab_status hetab_convert_save_specular(hetab_context *ctx, const hetab_convert_source *source,
                                          hetab_format format, const char *path, int overwrite,
-                                         double largest, int *kept);
+                                         hetab_convert_report *report, char **made);
 
 #endif

@@ -162,8 +162,10 @@ hetab_status hetab_sampler_create(hetab_context *ctx, size_t channels, hetab_eva
   hetab_status status = make_scratch(ctx, channels, &s);
   if (!sampler->incidences || !sampler->albedo)
     status = HETAB_ERR_MEMORY;
-  for (size_t node = 0; node < NODES && status == HETAB_OK; node++)
+  for (size_t node = 0; node < NODES && status == HETAB_OK; node++) {
     fill_incidence(node, eval, user, &s, sampler);
+    status = hetab_progress(ctx, (double)(node + 1), NODES);
+  }
   clear_scratch(&s);
   return status;
 }

@@ -123,19 +123,6 @@ static hetab_status check_order(hetab_context *ctx, const char *path, csv *file)
                             "'%s': wavelengths ascend, each with the same ascending angles", path);
 }
 
-/* weight[wave][channel] of linear sRGB. */
-static hetab_status colour_weights(hetab_context *ctx, const double *lambda_um, size_t waves,
-                                   double *weight) {
-  double(*xyz)[3] = hetab_alloc(ctx, waves, sizeof *xyz);
-  if (!xyz)
-    return HETAB_ERR_MEMORY;
-  hetab_status status = hetab_xyz_weights(ctx, lambda_um, waves, xyz);
-  for (size_t w = 0; w < waves && status == HETAB_OK; w++)
-    hetab_xyz_to_srgb(xyz[w], weight + 3 * w);
-  free(xyz);
-  return status;
-}
-
 /* Linear between the file's wavelengths, held beyond them. */
 static void band_weights(const double *from_um, size_t waves, const double *to_um, size_t channels,
                          double *weight) {
@@ -165,7 +152,7 @@ static hetab_status mix(hetab_context *ctx, const csv *file, size_t channels,
   if (status == HETAB_OK && lambda_um)
     band_weights(from_um, file->waves, lambda_um, channels, weight);
   else if (status == HETAB_OK)
-    status = colour_weights(ctx, from_um, file->waves, weight);
+    status = hetab_srgb_weights(ctx, from_um, file->waves, (double(*)[3])weight);
   for (size_t i = 0; i < file->angles && status == HETAB_OK; i++) {
     s->theta[i] = file->rows[i].deg * M_PI / 180;
     for (size_t c = 0; c < channels; c++) {
@@ -180,28 +167,41 @@ static hetab_status mix(hetab_context *ctx, const csv *file, size_t channels,
   return status;
 }
 
+char *hetab_specular_path(hetab_context *ctx, const char *path) {
+  char *name;
+  const char *slash = strrchr(path, '/'), *dot = strrchr(path, '.');
+  int stem = (int)(dot && (!slash || dot > slash) ? (size_t)(dot - path) : strlen(path));
+  if (asprintf(&name, "%.*s.specular.csv", stem, path) >= 0)
+    return name;
+  hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for the name of '%s'", path);
+  return NULL;
+}
+
+static hetab_status read_csv(hetab_context *ctx, const char *path, size_t channels,
+                             const double *lambda_um, hetab_specular_table *s) {
+  csv file = {0};
+  FILE *stream = fopen(path, "re");
+  if (!stream)
+    return errno == ENOENT || errno == ENOTDIR
+               ? HETAB_OK
+               : hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': %m", path);
+  hetab_status status = read_rows(ctx, path, stream, &file);
+  if (status == HETAB_OK)
+    status = check_order(ctx, path, &file);
+  if (status == HETAB_OK)
+    status = mix(ctx, &file, channels, lambda_um, s);
+  fclose(stream);
+  free(file.rows);
+  return status;
+}
+
 hetab_status hetab_specular_beside(hetab_context *ctx, const char *path, size_t channels,
                                    const double *lambda_um, hetab_specular_table *s) {
-  const char *name = strrchr(path, '/'), *dot = strrchr(path, '.');
-  int stem = (int)(dot && (!name || dot > name) ? dot - path : (ptrdiff_t)strlen(path));
-  char *beside;
-  csv file = {0};
   *s = (hetab_specular_table){.channels = channels};
-  if (asprintf(&beside, "%.*s.specular.csv", stem, path) < 0)
-    return hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for the name '%s'", path);
-  hetab_status status = HETAB_OK;
-  FILE *stream = fopen(beside, "re");
-  if (!stream && errno != ENOENT && errno != ENOTDIR)
-    status = hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': %m", beside);
-  if (stream) {
-    status = read_rows(ctx, beside, stream, &file);
-    if (status == HETAB_OK)
-      status = check_order(ctx, beside, &file);
-    if (status == HETAB_OK)
-      status = mix(ctx, &file, channels, lambda_um, s);
-    fclose(stream);
-  }
-  free(file.rows);
+  char *beside = hetab_specular_path(ctx, path);
+  if (!beside)
+    return HETAB_ERR_MEMORY;
+  hetab_status status = read_csv(ctx, beside, channels, lambda_um, s);
   free(beside);
   return status;
 }

@@ -90,3 +90,13 @@ void hetab_xyz_to_srgb(const double xyz[3], double rgb[3]) {
   for (int c = 0; c < 3; c++)
     rgb[c] = matrix[c][0] * xyz[0] + matrix[c][1] * xyz[1] + matrix[c][2] * xyz[2];
 }
+
+hetab_status hetab_srgb_weights(hetab_context *ctx, const double *lambda_um, size_t count,
+                                double (*weights)[3]) {
+  HETAB_TRY(hetab_xyz_weights(ctx, lambda_um, count, weights));
+  for (size_t w = 0; w < count; w++) {
+    const double xyz[3] = {weights[w][0], weights[w][1], weights[w][2]};
+    hetab_xyz_to_srgb(xyz, weights[w]);
+  }
+  return HETAB_OK;
+}

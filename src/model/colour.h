@@ -16,4 +16,8 @@ hetab_status hetab_xyz_weights(hetab_context *ctx, const double *lambda_um, size
 /* XYZ to linear sRGB (Rec. 709 primaries, D65); components may leave [0, 1]. */
 void hetab_xyz_to_srgb(const double xyz[3], double rgb[3]);
 
+/* The same weights for linear sRGB itself; some are < 0. */
+hetab_status hetab_srgb_weights(hetab_context *ctx, const double *lambda_um, size_t count,
+                                double (*weights)[3]);
+
 #endif

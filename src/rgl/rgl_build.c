@@ -69,11 +69,13 @@ done:
   return status;
 }
 
-/* theta_i[count] such that each interval holds the same part of the density's integral. */
+/* theta_i[count] such that each interval holds the same part of the density's integral; evenly
+ * where it is 0 throughout. */
 static void place_incidences(const double *density, size_t count, double *theta_i) {
+  const double least = 1e-9;
   double running[PROBES] = {0}, step = M_PI_2 / (PROBES - 1);
   for (size_t k = 1; k < PROBES; k++)
-    running[k] = running[k - 1] + 0.5 * (density[k - 1] + density[k]);
+    running[k] = running[k - 1] + 0.5 * (density[k - 1] + density[k]) + least;
   for (size_t i = 0, k = 1; i < count; i++) {
     double want = running[PROBES - 1] * (double)i / (double)(count - 1);
     while (k + 1 < PROBES && running[k] < want)
@@ -211,16 +213,30 @@ static size_t more_nodes(size_t r, double excess) {
   return next;
 }
 
+/* Numbers in a table's large arrays: what its file's size goes by. */
+static size_t numbers(const search *s, size_t theta_i, size_t resolution) {
+  return theta_i * (s->shape.vndf_theta * s->shape.vndf_phi +
+                    (s->source->channels + 1) * resolution * resolution);
+}
+
+/* Whether a table that serves is known, and one of this shape would be no smaller. */
+static int is_in_vain(const search *s, const hetab_rgl_shape *shape) {
+  return s->best && excess_of(s, &s->report) <= 1.0 &&
+         numbers(s, shape->theta_i, shape->resolution) >=
+             numbers(s, s->report.theta_i_count, s->report.resolution);
+}
+
 /* Along the border between shapes that serve and shapes that do not: more nodes where one does not,
- * fewer incidences where it does. */
+ * fewer incidences where it does, or where it would be no smaller than one that does. */
 static hetab_status walk(search *s, size_t t) {
   size_t r = 0;
   while (r < RESOLUTIONS) {
     hetab_rgl_shape shape = s->shape;
-    double excess;
+    double excess = 0.0;
     shape.theta_i = theta_i_counts[t];
     shape.resolution = resolutions[r];
-    HETAB_TRY(try_shape(s, &shape, &excess));
+    if (!is_in_vain(s, &shape))
+      HETAB_TRY(try_shape(s, &shape, &excess));
     if (excess > 1.0)
       r = more_nodes(r, excess);
     else if (t == 0)

@@ -1,6 +1,7 @@
 #include "table/exr_file.h"
 
 #include <errno.h>
+#include <math.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -92,6 +93,18 @@ static hetab_status outcome(hetab_context *ctx, const hetab_exr_file *file) {
                       hetab_atomic_path(file->atomic),
                       *file->text ? file->text : exr_get_error_code_as_string(file->result));
   return HETAB_OK;
+}
+
+/* ---- names --------------------------------------------------------------------------------- */
+
+void hetab_exr_part_name(const char *prefix, const char *unit, const double *values, size_t count,
+                         size_t i, char name[HETAB_EXR_NAME]) {
+  double gap = (double)INFINITY;
+  for (size_t k = 1; k < count; k++)
+    gap = fmin(gap, values[k] - values[k - 1]);
+  int decimals = gap < 0.01 ? (int)fmin(ceil(-log10(gap)) + 1, 15) : 2;
+  int width = snprintf(NULL, 0, "%.*f", decimals, values[count - 1]);
+  snprintf(name, HETAB_EXR_NAME, "%s%0*.*f%s", prefix, width, decimals, values[i], unit);
 }
 
 /* ---- the header ---------------------------------------------------------------------------- */

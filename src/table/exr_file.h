@@ -11,6 +11,14 @@
 
 typedef struct hetab_exr_file hetab_exr_file;
 
+enum { HETAB_EXR_NAME = 64 };
+
+/* PREFIXvalueUNIT of values[i], ascending values[count]: of one width, so that sorting the names
+ * sorts the values; two decimals, or as many as keep neighbours apart. prefix and unit have at most
+ * 24 characters together. */
+void hetab_exr_part_name(const char *prefix, const char *unit, const double *values, size_t count,
+                         size_t i, char name[HETAB_EXR_NAME]);
+
 typedef struct hetab_exr_part {
   const char *name;
   int width, height;

@@ -11,12 +11,12 @@
 #include "model/colour.h"
 #include "table/exr_file.h"
 
-enum { RGB = 3, MOST_PARTS = 4096, MOST_SIDE = 1 << 20, NAME = 48 };
+enum { RGB = 3, MOST_PARTS = 4096, MOST_SIDE = 1 << 20 };
 
 static const double most_bytes = 4.0 * (1u << 30);
 static const double most_half = 65504;
 
-typedef char name[NAME];
+typedef char name[HETAB_EXR_NAME];
 
 /* A sum that does not depend, once rounded to a float, on the order of what is added: slabs come in
  * any, and the same table has to give the same file. */
@@ -68,21 +68,9 @@ static double part_bytes(const hetab_exr_writer *w) {
 
 /* ---- names --------------------------------------------------------------------------------- */
 
-/* Values as text of one width, so that sorting the names sorts the values; two decimals, or as many
- * as keep neighbours apart. */
-static void part_name(const char *prefix, const char *unit, const double *values, size_t count,
-                      size_t i, name out) {
-  double gap = INFINITY;
-  for (size_t k = 1; k < count; k++)
-    gap = fmin(gap, values[k] - values[k - 1]);
-  int decimals = gap < 0.01 ? (int)fmin(ceil(-log10(gap)) + 1, 15) : 2;
-  int width = snprintf(NULL, 0, "%.*f", decimals, values[count - 1]);
-  snprintf(out, NAME, "%s%0*.*f%s", prefix, width, decimals, values[i], unit);
-}
-
 /* The layout's form: six decimals after a comma, for a point separates layers. */
 static void spectral_name(double lambda_um, name out) {
-  snprintf(out, NAME, "T.%.6fnm", 1e3 * lambda_um);
+  snprintf(out, HETAB_EXR_NAME, "T.%.6fnm", 1e3 * lambda_um);
   char *point = strchr(out + 2, '.');
   if (point)
     *point = ',';
@@ -285,8 +273,9 @@ static hetab_status lay_out(hetab_context *ctx, hetab_exr_writer *w, const hetab
   HETAB_GOTO(make_axes(ctx, surface, grid, &axes));
   for (size_t i = 0; i <= w->part_count; i++) {
     name title;
-    part_name(by_wavelength(w) ? "wavelength_" : "theta_i_", by_wavelength(w) ? "nm" : "deg",
-              values, w->part_count, i < w->part_count ? i : 0, title);
+    hetab_exr_part_name(by_wavelength(w) ? "wavelength_" : "theta_i_",
+                        by_wavelength(w) ? "nm" : "deg", values, w->part_count,
+                        i < w->part_count ? i : 0, title);
     hetab_exr_part part = table_part(w, i, title);
     if (i < w->part_count)
       put_table_part(w, &part, values[i]);
@@ -312,11 +301,7 @@ static hetab_status weigh(hetab_context *ctx, hetab_exr_writer *w, const hetab_b
     HETAB_GOTO(HETAB_ERR_MEMORY);
   for (size_t b = 0; b < w->bands; b++)
     lambda_um[b] = bands[b].lambda_um;
-  HETAB_GOTO(hetab_xyz_weights(ctx, lambda_um, w->bands, w->weights));
-  for (size_t b = 0; b < w->bands; b++) {
-    double xyz[3] = {w->weights[b][0], w->weights[b][1], w->weights[b][2]};
-    hetab_xyz_to_srgb(xyz, w->weights[b]);
-  }
+  HETAB_GOTO(hetab_srgb_weights(ctx, lambda_um, w->bands, w->weights));
 done:
   free(lambda_um);
   return status;

@@ -39,8 +39,4 @@ void hetab_view_source_clear(hetab_view_source *source);
 
 /* The sum of weights of channels[channels], or they themselves. */
 void hetab_view_colour(const hetab_view_source *source, const double *channels, float rgb[3]);
-/* weights[count] for linear sRGB at lambda_um[count]. */
-hetab_status hetab_view_weights(hetab_context *ctx, const double *lambda_um, size_t count,
-                                double (*weights)[3]);
-
 #endif

@@ -14,16 +14,6 @@ enum { BATCH = 1 << 16 }; /* points */
 
 static const double half_pi = 1.57079632679489661923;
 
-hetab_status hetab_view_weights(hetab_context *ctx, const double *lambda_um, size_t count,
-                                double (*weights)[3]) {
-  HETAB_TRY(hetab_xyz_weights(ctx, lambda_um, count, weights));
-  for (size_t i = 0; i < count; i++) {
-    const double xyz[3] = {weights[i][0], weights[i][1], weights[i][2]};
-    hetab_xyz_to_srgb(xyz, weights[i]);
-  }
-  return HETAB_OK;
-}
-
 void hetab_view_colour(const hetab_view_source *source, const double *channels, float rgb[3]) {
   for (int c = 0; c < 3; c++) {
     double sum = source->weights ? 0 : channels[c];
@@ -125,7 +115,7 @@ static hetab_status take_bands(hetab_context *ctx, const hetab_surface *surface,
     memcpy(s->bands, hetab_surface_bands(surface), s->channels * sizeof *s->bands);
     for (size_t b = 0; b < s->channels; b++)
       lambda_um[b] = s->bands[b].lambda_um;
-    status = hetab_view_weights(ctx, lambda_um, s->channels, s->weights);
+    status = hetab_srgb_weights(ctx, lambda_um, s->channels, s->weights);
   }
   free(lambda_um);
   return status;

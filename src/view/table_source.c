@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "core/context.h"
+#include "model/colour.h"
 #include "view/source.h"
 
 static hetab_status check_colour(hetab_context *ctx, const hetab_view_source *s,
@@ -86,7 +87,7 @@ static hetab_status weigh(hetab_context *ctx, hetab_view_source *s, double wavel
     return HETAB_ERR_MEMORY;
   if (wavelength_um > 0)
     return pick_wavelength(ctx, s, lambda_um, wavelength_um);
-  return hetab_view_weights(ctx, lambda_um, s->channels, s->weights);
+  return hetab_srgb_weights(ctx, lambda_um, s->channels, s->weights);
 }
 
 hetab_status hetab_view_source_table(hetab_context *ctx, const hetab_lookup *table,

@@ -36,6 +36,10 @@ static hetab_status take_options(hetab_context *ctx, const hetab_view_options *o
     if (!(theta[i] >= 0 && theta[i] < 90))
       return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
                         "a view at theta_i = %g; give angles from 0 to below 90 degrees", theta[i]);
+    if (i > 0 && !(theta[i] > theta[i - 1]))
+      return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
+                        "a view at theta_i = %g after %g; give ascending angles", theta[i],
+                        theta[i - 1]);
     view->theta_i_deg[i] = theta[i];
   }
   view->map_side = hetab_page_map_side(view);

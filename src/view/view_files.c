@@ -68,7 +68,7 @@ static const char *const channels[MOST_CHANNELS] = {"R", "G", "B", "theta_r_deg"
 
 /* A picture as a part. */
 typedef struct layer {
-  char name[48];
+  char name[HETAB_EXR_NAME];
   size_t width, height;
   float (*rgb)[3];
   float *theta_r_deg; /* lobes */
@@ -81,14 +81,14 @@ static size_t list_layers(const hetab_view *view, layer layers[MOST_PARTS]) {
   for (size_t i = 0; i < view->theta_i_count; i++)
     if (view->maps[i]) {
       layers[count] = (layer){"", view->map_side, view->map_side, view->maps[i], NULL};
-      snprintf(layers[count++].name, sizeof layers->name, "map_theta_i_%05.2fdeg",
-               view->theta_i_deg[i]);
+      hetab_exr_part_name("map_theta_i_", "deg", view->theta_i_deg, view->theta_i_count, i,
+                          layers[count++].name);
     }
   for (size_t i = 0; i < view->theta_i_count; i++)
     if (view->lobes[i]) {
       layers[count] = (layer){"", HETAB_LOBE_POINTS, 1, view->lobes[i], view->lobe_theta_r_deg[i]};
-      snprintf(layers[count++].name, sizeof layers->name, "lobe_theta_i_%05.2fdeg",
-               view->theta_i_deg[i]);
+      hetab_exr_part_name("lobe_theta_i_", "deg", view->theta_i_deg, view->theta_i_count, i,
+                          layers[count++].name);
     }
   return count;
 }
