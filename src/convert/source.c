@@ -10,22 +10,9 @@
 
 #include "convert/mend.h"
 #include "model/colour.h"
+#include "table/table_format.h"
 
 /* ---- opening ------------------------------------------------------------------------------- */
-
-/* What hetab_lookup_open() goes by; it says what is wrong with others. */
-static hetab_status format_of(hetab_context *ctx, const char *path, hetab_format *format) {
-  unsigned char start[12] = {0};
-  FILE *file = fopen(path, "rbe");
-  if (!file)
-    return hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': %m", path);
-  size_t size = fread(start, 1, sizeof start, file);
-  fclose(file);
-  *format = size >= 4 && memcmp(start, "\x89HDF", 4) == 0         ? HETAB_FORMAT_H5
-            : size >= 11 && memcmp(start, "tensor_file", 11) == 0 ? HETAB_FORMAT_RGL
-                                                                  : HETAB_FORMAT_MERL;
-  return HETAB_OK;
-}
 
 /* The mended table as a file, for as long as it takes to open it. */
 static hetab_status open_mended(hetab_context *ctx, const hetab_merl *merl,
@@ -76,7 +63,7 @@ static hetab_status choose_channels(hetab_context *ctx, int srgb, hetab_convert_
 hetab_status hetab_convert_open(hetab_context *ctx, const char *path, int srgb,
                                 hetab_convert_source *source) {
   *source = (hetab_convert_source){.path = path};
-  hetab_status status = format_of(ctx, path, &source->format);
+  hetab_status status = hetab_format_of(ctx, path, &source->format);
   if (status == HETAB_OK)
     status = source->format == HETAB_FORMAT_MERL
                  ? open_merl(ctx, source)

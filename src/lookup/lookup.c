@@ -14,6 +14,7 @@
 #include "lookup/lattice.h"
 #include "lookup/merl_source.h"
 #include "lookup/specular.h"
+#include "table/table_format.h"
 
 enum { BLOCK = 64 }; /* samples drawn before they are weighed */
 
@@ -128,27 +129,14 @@ static hetab_status open_rgl(hetab_context *ctx, const char *path, hetab_lookup 
   return hetab_specular_beside(ctx, path, table->channels, table->lambda_um, &table->specular);
 }
 
-/* The first bytes tell which format it is. */
 static hetab_status open_file(hetab_context *ctx, const char *path, hetab_lookup_rule rule,
                               hetab_lookup *table) {
-  static const unsigned char h5_start[8] = {0x89, 'H', 'D', 'F', '\r', '\n', 0x1a, '\n'};
-  unsigned char start[12] = {0};
-  FILE *file = fopen(path, "rbe");
-  if (!file)
-    return hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': %m", path);
-  size_t size = fread(start, 1, sizeof start, file);
-  int failed = ferror(file);
-  fclose(file);
-  if (failed)
-    return hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': it is not a regular file", path);
-  if (size >= sizeof h5_start && memcmp(start, h5_start, sizeof h5_start) == 0)
+  hetab_format format;
+  HETAB_TRY(hetab_format_of(ctx, path, &format));
+  if (format == HETAB_FORMAT_H5)
     return open_h5(ctx, path, rule, table);
-  if (size == sizeof start && memcmp(start, "tensor_file", sizeof start) == 0)
-    return open_rgl(ctx, path, table);
-  if (size == sizeof start && (start[0] == HETAB_MERL_THETA_H || start[3] == HETAB_MERL_THETA_H))
-    return open_merl(ctx, path, rule, table);
-  return hetab_fail(ctx, HETAB_ERR_PARSE,
-                    "'%s' is no table: neither HDF5 (.h5), MERL (.binary) nor RGL (.bsdf)", path);
+  return format == HETAB_FORMAT_RGL ? open_rgl(ctx, path, table)
+                                    : open_merl(ctx, path, rule, table);
 }
 
 hetab_status hetab_lookup_open(hetab_context *ctx, const char *path, hetab_lookup_rule rule,

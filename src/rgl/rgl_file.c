@@ -91,9 +91,6 @@ typedef struct reader {
   hetab_rgl *rgl;
 } reader;
 
-/* Far more than any instrument has: what is done for every one of them takes its time. */
-enum { MOST_WAVELENGTHS = 4096 };
-
 #define BAD(r, ...) hetab_fail((r)->ctx, HETAB_ERR_PARSE, __VA_ARGS__)
 
 /* A field of this type with ndim dimensions, none of them 0. */
@@ -217,9 +214,9 @@ static hetab_status read_wavelengths(reader *r) {
   hetab_rgl *rgl = r->rgl;
   HETAB_TRY(get(r, "wavelengths", HETAB_TENSOR_F32, 1, &field));
   rgl->channels = field->shape[0];
-  if (rgl->channels > MOST_WAVELENGTHS)
+  if (rgl->channels > HETAB_RGL_MOST_WAVELENGTHS)
     return BAD(r, "'%s', field wavelengths: %zu of them; at most %d are read", r->path,
-               rgl->channels, MOST_WAVELENGTHS);
+               rgl->channels, HETAB_RGL_MOST_WAVELENGTHS);
   HETAB_GOTO(copy_floats(r, field, 0.0f, &nm));
   HETAB_GOTO(check_ascending(r, "wavelengths", nm, rgl->channels));
   rgl->wavelengths_um = hetab_alloc(r->ctx, rgl->channels, sizeof *rgl->wavelengths_um);

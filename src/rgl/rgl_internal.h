@@ -6,6 +6,9 @@
 
 #include "rgl/warp.h"
 
+/* Far more than any instrument has: what is done for every one of them takes its time. */
+enum { HETAB_RGL_MOST_WAVELENGTHS = 4096 };
+
 /* A bilinear function of (u_theta, u_phi): nodes[height][width]. */
 typedef struct hetab_rgl_map {
   size_t width, height;

@@ -12,6 +12,7 @@
 #include "model/colour.h"
 #include "model/limits.h"
 #include "model/model.h"
+#include "rgl/rgl_internal.h"
 #include "rgl/rgl_model.h"
 #include "rgl/rgl_table.h"
 
@@ -268,6 +269,16 @@ static hetab_status too_coarse(hetab_context *ctx, const hetab_surface *surface,
                     report->resolution, report->resolution, 1.1 * report->error_l1);
 }
 
+static hetab_status check_bands(hetab_context *ctx, const hetab_surface *surface,
+                                hetab_rgl_bands bands) {
+  size_t count = hetab_surface_band_count(surface);
+  if (bands == HETAB_RGL_RGB || count <= HETAB_RGL_MOST_WAVELENGTHS)
+    return HETAB_OK;
+  return hetab_fail(ctx, HETAB_ERR_RANGE,
+                    "%zu wavelengths in an RGL table: at most %d can be read back; choose fewer",
+                    count, HETAB_RGL_MOST_WAVELENGTHS);
+}
+
 hetab_status hetab_rgl_tabulate(hetab_context *ctx, const hetab_surface *surface,
                                 const hetab_rgl_options *options, hetab_rgl **out,
                                 hetab_rgl_report *report) {
@@ -277,6 +288,7 @@ hetab_status hetab_rgl_tabulate(hetab_context *ctx, const hetab_surface *surface
   hetab_status status;
   report = report ? report : &own;
   *out = NULL;
+  HETAB_TRY(check_bands(ctx, surface, o.bands));
   HETAB_TRY(hetab_rgl_model_create(ctx, surface, o.bands, &m));
   HETAB_GOTO(hetab_rgl_build(ctx, &m->source, &o, out, report));
   if (m->clamped) { /* in any of the tables that were tried: count those of this one */
