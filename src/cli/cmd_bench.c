@@ -223,8 +223,8 @@ static int run(const cli_command *self, int argc, char **argv) {
        &b.options.devices, 0, 0},
       {CLI_COUNT, "samples", 0, "N", "entries compared with the literal reference (20000)",
        &b.options.samples, 1, 1e9},
-      {CLI_COUNT, "repeats", 0, "N", "timed runs of each kernel; the median counts (5)", &repeats,
-       1, 1000},
+      {CLI_COUNT, "repeats", 0, "N",
+       "timed runs of each kernel; the median counts (5 to 64, for 0.6 s)", &repeats, 1, 1000},
       {CLI_FLAG, "quiet", 'q', NULL, "print neither table nor progress", &b.quiet, 0, 0},
       {CLI_FLAG, "json", 0, NULL,
        "print JSON: {device, version, results: [{surface, method, precision, tolerance, "

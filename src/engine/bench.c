@@ -9,7 +9,10 @@
 #include "engine/dense.h"
 #include "engine/sample.h"
 
-enum { DEFAULT_SAMPLES = 20000, DEFAULT_REPEATS = 5, LITERAL_ENTRIES = 20000 };
+enum { DEFAULT_SAMPLES = 20000, DEFAULT_REPEATS = 5, MOST_REPEATS = 64, LITERAL_ENTRIES = 20000 };
+/* Short runs are repeated for this long: a machine's slow moments last longer than a few of them.
+ */
+static const double ENOUGH_SECONDS = 0.6;
 
 typedef struct bench {
   hetab_context *ctx;
@@ -32,8 +35,25 @@ static double median(double *values, size_t count) {
   return values[count / 2];
 }
 
-static size_t repeats(const bench *b) {
-  return b->options && b->options->repeats ? b->options->repeats : DEFAULT_REPEATS;
+/* Runs of one thing. */
+typedef struct timing {
+  double rates[MOST_REPEATS];
+  size_t count;
+  double seconds;
+} timing;
+
+static int wants_more(const bench *b, const timing *t) {
+  size_t asked = b->options ? b->options->repeats : 0;
+  if (t->count == MOST_REPEATS)
+    return 0;
+  return asked ? t->count < asked : t->count < DEFAULT_REPEATS || t->seconds < ENOUGH_SECONDS;
+}
+
+/* One run more, of so many things, which started at `start`. */
+static void add_run(timing *t, double things, double start) {
+  double seconds = hetab_seconds() - start;
+  t->rates[t->count++] = things / seconds;
+  t->seconds += seconds;
 }
 
 static void emit(const bench *b, hetab_bench_row row) {
@@ -49,23 +69,23 @@ static hetab_status time_literal(bench *b) {
   hetab_engine_options options = {.method = HETAB_METHOD_LITERAL};
   hetab_engine *engine;
   hetab_dense dense;
-  double rates[64], sum = 0.0;
+  timing timing = {0};
+  double sum = 0.0;
   HETAB_TRY(hetab_engine_create(b->ctx, &options, &engine));
   hetab_status status = hetab_dense_create(b->ctx, engine, b->surface, b->grid, &dense);
-  size_t runs = repeats(b) < 64 ? repeats(b) : 64;
-  for (size_t n = 0; status == HETAB_OK && n < runs; n++) {
-    uint64_t state = n;
+  while (status == HETAB_OK && wants_more(b, &timing)) {
+    uint64_t state = timing.count;
     double start = hetab_seconds();
     for (int i = 0; i < LITERAL_ENTRIES; i++)
       sum += hetab_dense_literal(&dense, hetab_random(&state) % dense.wavelength_count,
                                  hetab_random(&state) % dense.count[HETAB_THETA_I],
                                  hetab_random(&state) % dense.count[HETAB_THETA_R],
                                  hetab_random(&state) % dense.count[HETAB_PHI]);
-    rates[n] = LITERAL_ENTRIES / (hetab_seconds() - start);
+    add_run(&timing, LITERAL_ENTRIES, start);
   }
   if (status == HETAB_OK) {
     hetab_dense_clear(&dense);
-    b->literal = median(rates, runs);
+    b->literal = median(timing.rates, timing.count);
     /* the sum keeps the loop from being optimised away */
     emit(b, (hetab_bench_row){.method = "literal",
                               .precision = "double",
@@ -82,8 +102,7 @@ static hetab_status time_kernel(bench *b, const hetab_engine *engine, hetab_dens
   hetab_dense_lane lane = {0};
   cl_mem out = NULL;
   hetab_status status;
-  size_t runs = repeats(b) < 64 ? repeats(b) : 64;
-  double rates[64];
+  timing timing = {0};
   HETAB_TRY(hetab_dense_create(b->ctx, engine, b->surface, b->grid, &dense));
   HETAB_GOTO(hetab_dense_make_atlas(b->ctx, engine, &dense));
   size_t rows = dense.rows_i;
@@ -94,14 +113,14 @@ static hetab_status time_kernel(bench *b, const hetab_engine *engine, hetab_dens
   HETAB_GOTO(hetab_lane_output(b->ctx, engine, lane.lane,
                                rows * dense.count[HETAB_THETA_R] * dense.count[HETAB_PHI], &out));
   HETAB_GOTO(hetab_dense_run(b->ctx, engine, &dense, &lane, 0, 0, rows, out)); /* warm-up */
-  for (size_t n = 0; n < runs; n++) {
+  while (wants_more(b, &timing)) {
     double start = hetab_seconds();
     for (size_t w = 0; w < dense.wavelength_count; w++)
       HETAB_GOTO(hetab_dense_run(b->ctx, engine, &dense, &lane, w, 0, rows, out));
-    rates[n] = entries / (hetab_seconds() - start);
-    HETAB_GOTO(hetab_progress(b->ctx, (double)(n + 1), (double)runs));
+    add_run(&timing, entries, start);
+    HETAB_GOTO(hetab_progress(b->ctx, (double)timing.count, MOST_REPEATS));
   }
-  *entries_per_second = median(rates, runs);
+  *entries_per_second = median(timing.rates, timing.count);
 done:
   hetab_dense_lane_clear(&lane);
   hetab_release(out);
@@ -165,15 +184,19 @@ static hetab_status run_peak(hetab_context *ctx, const hetab_engine *engine, cl_
 static hetab_status time_peak(bench *b, const hetab_engine *engine) {
   enum { ITEMS = 4096, ROUNDS = 4096, CHAINS = 12 /* of kernels/peak.cl */ };
   const hetab_lane *lane = &engine->lanes[0];
+  timing timing = {0};
   cl_kernel kernel = NULL;
   cl_mem out = NULL;
   hetab_status status;
   double best = 0.0, seconds, width = lane->vector_width;
   HETAB_GOTO(hetab_lane_kernel(b->ctx, engine, lane, NULL, "peak", "hetab_k_peak", &kernel));
   HETAB_GOTO(hetab_lane_output(b->ctx, engine, lane, ITEMS * (size_t)lane->vector_width, &out));
-  for (size_t n = 0; n <= repeats(b); n++) {
+  HETAB_GOTO(run_peak(b->ctx, engine, kernel, out, ITEMS, ROUNDS, &seconds)); /* warm-up */
+  while (wants_more(b, &timing)) {
+    double operations = width * ITEMS * ROUNDS * CHAINS, start = hetab_seconds();
     HETAB_GOTO(run_peak(b->ctx, engine, kernel, out, ITEMS, ROUNDS, &seconds));
-    best = fmax(best, width * ITEMS * ROUNDS * CHAINS / seconds);
+    add_run(&timing, operations, start);
+    best = fmax(best, operations / seconds);
   }
   b->peak = best;
 done:
