@@ -243,7 +243,8 @@ const cli_command cli_fit = {
     .summary = "the parameters of a surface from its measured BRDF",
     .description =
         "Fits slope, roughness, index and diffuse part to measurements (Cornell .brdf, .astm, CSV "
-        "with wavelength_nm, theta_i_deg, theta_r_deg, phi_deg, f; MERL .binary; HDF5) by the "
+        "with wavelength_nm, theta_i_deg, theta_r_deg, phi_deg, f; MERL .binary, its "
+        "channels as 610, 550 and 460 nm; HDF5) by the "
         "report's energy-weighted RMS, E = sqrt(sum w (f - f_measured)^2 / sum w f_measured^2) "
         "with w = cos(theta_i) cos(theta_r) dOmega, and prints each parameter with its 95 % "
         "interval, the error at each incidence, the margin that rho_dh keeps, and what the "

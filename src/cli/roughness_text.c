@@ -186,7 +186,8 @@ void roughness_yaml(FILE *out, const hetab_roughness *r, const char *name, const
   fprintf(out, "# From %zu scan%s", c->count, c->count == 1 ? "" : "s");
   if (r->small.count)
     fprintf(out, ", small scale behind a Gaussian filter with a cut-off of %.4g um", r->cutoff_um);
-  fputs(". 95 % intervals:\n", out);
+  fprintf(out, ". 95 %% intervals%s:\n",
+          r->small.count ? " of what the filter leaves; its own effect is not in them" : "");
   yaml_bounds(out, "sigma0_um", &c->sigma_um);
   yaml_bounds(out, "tau_um", &c->tau_um);
   yaml_bounds(out, "slope", &c->slope);
