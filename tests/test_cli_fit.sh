@@ -122,7 +122,7 @@ refuses "no measurements" 2 "no MEASUREMENTS" fit --index Al
 refuses "two measurements" 2 "unexpected argument" fit plane.csv plane.csv --index Al
 refuses "no index" 2 "no --index" fit plane.csv --tau 5
 refuses "unknown index" 1 "no built-in metal 'Xx'" fit plane.csv --tau 5 --index Xx
-refuses "malformed index" 1 "is not n=N" fit plane.csv --tau 5 --index n=many
+refuses "malformed index" 1 "is neither n=N" fit plane.csv --tau 5 --index n=many
 refuses "missing index file" 1 "cannot open" fit plane.csv --tau 5 --index none.yml
 refuses "missing file" 1 "none.csv" fit none.csv --tau 5 --index Al
 refuses "unknown parameter" 2 "'gloss' is none of" fit plane.csv --free slope,gloss --index Al

@@ -273,7 +273,7 @@ d['scans'][0]['spacing_um'] == 0.5"
 refuses "negative spacing" 2 'outside' roughness line.csv --spacing -1
 refuses "surface without index" 2 'needs --index' roughness line.csv --surface s.yaml
 refuses "unknown index" 1 'Nowhere' roughness line.csv --surface s.yaml --index Nowhere
-refuses "bad constant" 1 'not N,K' roughness line.csv --surface s.yaml --index 1.5,x
+refuses "bad constant" 1 'neither n=N' roughness line.csv --surface s.yaml --index 1.5,x
 refuses "input as output" 2 'is an input' roughness line.csv --csv line.csv --force
 refuses "one output twice" 2 'two outputs' roughness line.csv --csv a --html a
 refuses "existing output" 1 'exists: use --force' roughness line.csv --csv map.txt
@@ -307,6 +307,7 @@ check "html is well-formed, with its plots" /usr/bin/python3 -c "$page"
 check "the surface has its bounds" grep -Eq '^# sigma0_um: \[0\.[0-9]+, 0\.[0-9]+\]' all.yaml
 works "the surface tabulates" tabulate all.yaml -o all.h5 --method literal --samples 0 --quiet \
   --theta-i 0:60:3 --theta-r 0:60:3 --phi 0:180:3 --wavelengths 550
+works "index by name" roughness line.csv --surface nk2.yaml --index n=1.5,k=0.1 --quiet
 works "constant index" roughness line.csv --surface nk.yaml --index 1.5,0.1 --quiet
 check "quiet" test ! -s out
 check "constant index in the surface" grep -qx 'index: {n: 1.5, k: 0.1}' nk.yaml

@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 
 #include "audit/dense_table.h"
+#include "table/table_format.h"
 
 int hetab_audit_is_h5(const char *path) {
   static const char signature[4] = {(char)0x89, 'H', 'D', 'F'};
@@ -98,9 +99,13 @@ static hetab_status measure_file(hetab_context *ctx, const char *path, hetab_aud
 hetab_status hetab_audit_table(hetab_context *ctx, hetab_engine *engine, const char *path,
                                const hetab_audit_options *options, hetab_audit **out) {
   hetab_audit_options o = hetab_audit_defaults(options);
+  hetab_format format;
   int is_h5 = hetab_audit_is_h5(path);
   hetab_audit *audit;
   *out = NULL;
+  if (hetab_format_of(ctx, path, &format) == HETAB_OK && format == HETAB_FORMAT_RGL)
+    return hetab_fail(ctx, HETAB_ERR_UNSUPPORTED,
+                      "'%s' is an RGL table: convert it to MERL or HDF5 and audit that", path);
   hetab_status status =
       hetab_audit_new(ctx, is_h5 ? HETAB_AUDIT_H5 : HETAB_AUDIT_MERL, path, &audit);
   if (status == HETAB_OK)

@@ -24,24 +24,12 @@ typedef struct fit_job {
 
 /* ---- inputs -------------------------------------------------------------------------------- */
 
-/* "n=1.5" or "n=1.5,k=0.1": 1; another text: 0; malformed: -1. */
-static int parse_constant(const char *text, double *n, double *k) {
-  char field[64];
-  const char *comma = strchr(text, ',');
-  if (strncmp(text, "n=", 2) != 0)
-    return 0;
-  snprintf(field, sizeof field, "%.*s", comma ? (int)(comma - text - 2) : 60, text + 2);
-  if (!cli_number(field, n))
-    return -1;
-  return !comma || (strncmp(comma, ",k=", 3) == 0 && cli_number(comma + 3, k)) ? 1 : -1;
-}
-
 static int open_index(fit_job *job) {
   const char *text = job->request->index;
   double n = 0, k = 0;
-  int constant = parse_constant(text, &n, &k);
+  int constant = cli_constant_index(text, &n, &k);
   if (constant < 0)
-    return cli_fail("--index: '%s' is not n=N or n=N,k=K", text);
+    return cli_fail("--index: '%s' is neither n=N, n=N,k=K nor N,K", text);
   hetab_status status = constant ? hetab_index_constant(job->ctx, n, k, &job->index)
                         : strchr(text, '/') || strchr(text, '.')
                             ? hetab_index_load(job->ctx, text, &job->index)

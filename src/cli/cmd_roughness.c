@@ -37,13 +37,8 @@ static int is_metal(const char *symbol) {
   return 0;
 }
 
-static int constant_index(roughness_job *job, const char *text, const char *comma) {
-  char n_text[64];
-  double n, k;
+static int constant_index(roughness_job *job, double n, double k) {
   hetab_index *index;
-  snprintf(n_text, sizeof n_text, "%.*s", (int)(comma - text), text);
-  if (!cli_number(n_text, &n) || !cli_number(comma + 1, &k))
-    return cli_fail("--index: '%s' is not N,K", text);
   if (hetab_index_constant(job->ctx, n, k, &index) != HETAB_OK)
     return cli_fail_context(job->ctx);
   hetab_index_free(index);
@@ -67,12 +62,16 @@ static int index_file(roughness_job *job, const char *path) {
 }
 
 static int write_index(roughness_job *job) {
-  const char *text = job->request->index, *comma = strchr(text, ',');
+  const char *text = job->request->index;
+  double n, k;
   if (is_metal(text)) {
     snprintf(job->index, sizeof job->index, "%s", text);
     return -1;
   }
-  return comma ? constant_index(job, text, comma) : index_file(job, text);
+  int constant = cli_constant_index(text, &n, &k);
+  if (constant < 0)
+    return cli_fail("--index: '%s' is neither n=N, n=N,k=K nor N,K", text);
+  return constant ? constant_index(job, n, k) : index_file(job, text);
 }
 
 /* ---- scans --------------------------------------------------------------------------------- */
@@ -257,7 +256,8 @@ static int run(const cli_command *self, int argc, char **argv) {
       {CLI_TEXT, "html", 0, "FILE", "write FILE, a page with tables and plots", &r.html, 0, 0},
       {CLI_TEXT, "surface", 0, "FILE",
        "write FILE, a surface for 'hetab tabulate', with the bounds as comments", &r.surface, 0, 0},
-      {CLI_TEXT, "index", 0, "INDEX", "of that surface: a metal, a file, or N,K", &r.index, 0, 0},
+      {CLI_TEXT, "index", 0, "INDEX", "of that surface: a metal, n=N or n=N,k=K, or a file",
+       &r.index, 0, 0},
       {CLI_TEXT, "rows", 0, "FILE",
        "instead of scans: check the summary of a published table. CSV: a header, a row per scan, "
        "rows named average, deviation, non-uniformity. Exit status 3: one differs",

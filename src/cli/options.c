@@ -29,6 +29,24 @@ int cli_number(const char *text, double *value) {
   return 1;
 }
 
+int cli_constant_index(const char *text, double *n, double *k) {
+  const char *comma = strchr(text, ',');
+  int named = strncmp(text, "n=", 2) == 0;
+  char first[64];
+  if (!named && (!comma || strchr(text, '/')))
+    return 0;
+  const char *start = named ? text + 2 : text;
+  int length = comma ? (int)(comma - start) : (int)strlen(start);
+  snprintf(first, sizeof first, "%.*s", length < 0 ? 0 : length, start);
+  *k = 0;
+  if (!cli_number(first, n))
+    return -1;
+  if (!comma)
+    return 1;
+  comma += named && strncmp(comma + 1, "k=", 2) == 0 ? 3 : 1;
+  return cli_number(comma, k) ? 1 : -1;
+}
+
 size_t cli_wavelength_list(const char *text, double *lambda_um, size_t max) {
   char field[64];
   for (size_t count = 0; count < max; count++) {

@@ -40,6 +40,9 @@ int cli_parse_options(const cli_command *self, const cli_option *options, int ar
 /* A finite decimal number that is the whole text (spaces around it allowed). Returns 0 if not. */
 int cli_number(const char *text, double *value);
 
+/* "n=1.5", "n=1.5,k=0.1" or "1.5,0.1": 1; another text: 0; malformed: -1. */
+int cli_constant_index(const char *text, double *n, double *k);
+
 /* "550" or "600,550,450" (nm) to um: the count, or 0 if malformed, not positive or more than max.
  */
 size_t cli_wavelength_list(const char *text, double *lambda_um, size_t max);
