@@ -4,6 +4,7 @@ set -u
 export LC_ALL=C TERM=xterm
 program=$(realpath "${1:?usage: $0 PROGRAM}")
 scripts=$(realpath "$(dirname "$0")/../scripts")
+export PYTHONPATH=$(realpath "$(dirname "$0")") PYTHONDONTWRITEBYTECODE=1 # of what tests share
 work=$(mktemp -d)
 mounted=
 passed=0 failed=0 skipped=0

@@ -70,17 +70,7 @@ fi
 
 cat >compare.py <<'PY'
 import h5py, numpy as np, re, sys
-def load(stem):
-    pixels, parts = np.fromfile(stem + ".bin", "f4"), {}
-    for line in open(stem + ".txt"):
-        kind, number, name, *rest = line.split()
-        if kind == "part":
-            width, height = map(int, rest)
-            part = parts[name] = {}
-        elif kind == "channel":
-            first = int(rest[1])
-            part[name] = pixels[first:first + width * height].reshape(height, width)
-    return parts
+from exr_parts import load
 def channel(nm):
     return "T." + ("%.6f" % nm).replace(".", ",") + "nm"
 h5 = h5py.File("a.h5")

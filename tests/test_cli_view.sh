@@ -45,17 +45,7 @@ works "one wavelength of a table" view t.h5 -o w.exr --wavelength 555 --what lob
 
 cat >compare.py <<'PY'
 import numpy as np, sys
-def load(stem):
-    pixels, parts = np.fromfile(stem + ".bin", "f4"), {}
-    for line in open(stem + ".txt"):
-        kind, number, name, *rest = line.split()
-        if kind == "part":
-            width, height = map(int, rest)
-            part = parts[name] = {}
-        elif kind == "channel":
-            first = int(rest[1])
-            part[name] = pixels[first:first + width * height].reshape(height, width)
-    return parts
+from exr_parts import load
 one, other, most = load(sys.argv[1]), load(sys.argv[2]), float(sys.argv[3])
 assert list(one) == list(other) and len(one) == 5
 for name in one:  # relative L1
