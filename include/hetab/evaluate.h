@@ -4,6 +4,7 @@
 
 #include <stddef.h>
 #include <hetab/engine.h>
+#include <hetab/surface.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -42,6 +43,11 @@ hetab_status hetab_evaluate(hetab_context *ctx, hetab_engine *engine, const heta
  * zero by zero: the executable specification. No device needed. */
 hetab_status hetab_evaluate_literal(hetab_context *ctx, const hetab_point *points, size_t count,
                                     hetab_value *values);
+
+/* rho_s(theta_i, lambda), Eq. 10: out[band_count][count], theta_i_deg[count], double, on the host.
+ */
+hetab_status hetab_specular_reflectance(hetab_context *ctx, const hetab_surface *surface,
+                                        const double *theta_i_deg, size_t count, double *out);
 
 #ifdef __cplusplus
 }

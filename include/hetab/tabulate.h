@@ -83,11 +83,6 @@ hetab_status hetab_tabulate_merl(hetab_context *ctx, hetab_engine *engine,
                                  const hetab_surface *surface, const hetab_merl_options *options,
                                  hetab_merl **out, hetab_report *report);
 
-/* rho_s(theta_i, lambda), Eq. 10: out[band_count][count], theta_i_deg[count], double, on the host.
- */
-hetab_status hetab_specular_reflectance(hetab_context *ctx, const hetab_surface *surface,
-                                        const double *theta_i_deg, size_t count, double *out);
-
 #ifdef __cplusplus
 }
 #endif

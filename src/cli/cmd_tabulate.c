@@ -5,10 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "cli.h"
+#include "core/clock.h"
 #include "output.h"
 #include "progress.h"
 #include "tabulate_job.h"
@@ -389,15 +389,9 @@ static int fill_merl(tabulate_job *job) {
   return done == HETAB_OK ? check_report(report) : cli_fail_context(job->ctx);
 }
 
-static double seconds(void) {
-  struct timespec now;
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 static int fill_rgl(tabulate_job *job) {
   cli_progress_begin(job->ctx, hetab_surface_name(job->surface), job->request->quiet);
-  double start = seconds();
+  double start = hetab_seconds();
   hetab_status done =
       hetab_rgl_tabulate(job->ctx, job->surface, &job->rgl_options, &job->rgl, &job->rgl_report);
   cli_progress_end();
@@ -407,7 +401,7 @@ static int fill_rgl(tabulate_job *job) {
   job->reports[OUTPUT_RGL] =
       (hetab_report){.entries = (double)(r->theta_i_count * r->resolution * r->resolution *
                                          hetab_rgl_channels(job->rgl)),
-                     .wall_seconds = seconds() - start};
+                     .wall_seconds = hetab_seconds() - start};
   return -1;
 }
 

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "cl/device.h"
+#include "core/clock.h"
 #include "engine/engine_internal.h"
 #include "kernels/tables.h"
 #include "model/limits.h"

@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "surface/index_internal.h"
-#include "surface/surface_internal.h"
+#include "surface/index_parts.h"
+#include "surface/surface_parts.h"
 
 void hetab_fit_free(hetab_fit *fit) {
   if (!fit)

@@ -9,31 +9,20 @@
 #include "engine/engine_internal.h"
 #include "kernels/tables.h"
 #include "model/model.h"
-#include "surface/index_internal.h"
-#include "surface/surface_internal.h"
+#include "surface/index_parts.h"
+#include "surface/surface_parts.h"
 
 enum { BATCH = 1 << 16 }; /* of values */
 
 /* ---- the surface ------------------------------------------------------------------------------
  */
 
-static hetab_status copy_index(hetab_context *ctx, const hetab_index *from, hetab_index **to) {
-  switch (from->origin) {
-  case HETAB_INDEX_METAL:
-    return hetab_index_metal(ctx, from->symbol, to);
-  case HETAB_INDEX_FILE:
-    return hetab_index_load(ctx, from->source, to);
-  default:
-    return hetab_index_constant(ctx, from->n.values[0], from->k.count ? from->k.values[0] : 0, to);
-  }
-}
-
 static hetab_status make_surface(hetab_context *ctx, const hetab_fit_options *options,
                                  const hetab_fit_data *data, hetab_surface **out) {
   HETAB_TRY(hetab_surface_new(ctx, "fit", out));
   (*out)->sigma0_um = (*out)->tau_um = 1;
   (*out)->extrapolate = options->extrapolate_index;
-  HETAB_TRY(copy_index(ctx, options->index, &(*out)->index));
+  HETAB_TRY(hetab_index_copy(ctx, options->index, &(*out)->index));
   return hetab_surface_sample(ctx, *out, data->lambda_um, data->bands);
 }
 

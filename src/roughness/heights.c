@@ -7,8 +7,8 @@
 #include <string.h>
 #include <strings.h>
 #include <sys/stat.h>
-#include "surface/number.h"
-#include "surface/text.h"
+#include "core/number.h"
+#include "core/text.h"
 
 static const size_t most_bytes = (size_t)1 << 30;
 

@@ -1,4 +1,4 @@
-#include "surface/index_internal.h"
+#include "surface/index_parts.h"
 
 #include <errno.h>
 #include <limits.h>
@@ -7,8 +7,8 @@
 #include <string.h>
 #include "surface/formulas.h"
 #include "surface/metals.h"
-#include "surface/number.h"
-#include "surface/text.h"
+#include "core/number.h"
+#include "core/text.h"
 
 /* ---- curves ---- */
 
@@ -103,6 +103,36 @@ hetab_status hetab_index_constant(hetab_context *ctx, double n, double k, hetab_
   }
   *out = index;
   return HETAB_OK;
+}
+
+static hetab_status copy_curve(hetab_context *ctx, const hetab_curve *from, hetab_curve *to) {
+  size_t bytes = from->count * sizeof *from->values;
+  if (!from->count)
+    return HETAB_OK;
+  HETAB_TRY(hetab_curve_alloc(ctx, to, from->count));
+  memcpy(to->values, from->values, bytes);
+  if (from->lambda_um)
+    memcpy(to->lambda_um, from->lambda_um, bytes);
+  to->formula = from->formula;
+  to->min_um = from->min_um;
+  to->max_um = from->max_um;
+  return HETAB_OK;
+}
+
+hetab_status hetab_index_copy(hetab_context *ctx, const hetab_index *index, hetab_index **out) {
+  hetab_index *copy;
+  *out = NULL;
+  HETAB_TRY(hetab_index_new(ctx, index->origin, index->source, &copy));
+  copy->symbol = index->symbol;
+  copy->k.max_um = index->k.max_um;
+  hetab_status status = copy_curve(ctx, &index->n, &copy->n);
+  if (status == HETAB_OK)
+    status = copy_curve(ctx, &index->k, &copy->k);
+  if (status == HETAB_OK)
+    *out = copy;
+  else
+    hetab_index_free(copy);
+  return status;
 }
 
 static hetab_status fill_metal(hetab_context *ctx, hetab_curve *curve, const double *values) {

@@ -1,11 +1,11 @@
-#include "surface/surface_internal.h"
+#include "surface/surface_parts.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "surface/number.h"
+#include "core/number.h"
 #include "surface/presets.h"
-#include "surface/text.h"
+#include "core/text.h"
 #include "surface/wavelengths.h"
 
 static const double pi = 3.14159265358979323846;

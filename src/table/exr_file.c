@@ -10,7 +10,7 @@
 #include <openexr.h>
 
 #include "core/context.h"
-#include "table/atomic_file.h"
+#include "core/atomic_file.h"
 
 enum { MAX_PATCHES = 8 };
 

@@ -10,7 +10,7 @@
 #include <hdf5_hl.h>
 
 #include "core/context.h"
-#include "table/atomic_file.h"
+#include "core/atomic_file.h"
 #include "table/h5_common.h"
 #include "table/h5_head.h"
 

@@ -10,7 +10,7 @@
 #include <sys/stat.h>
 
 #include "core/context.h"
-#include "table/atomic_file.h"
+#include "core/atomic_file.h"
 #include "table/half_diff.h"
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__,

@@ -6,8 +6,8 @@
 #include <strings.h>
 #include <sys/stat.h>
 
-#include "fit/measurement_sheet.h"
-#include "surface/text.h"
+#include "measured/measurement_sheet.h"
+#include "core/text.h"
 
 enum { MAX_TEXT = 256 << 20, SIGNATURE = 12 };
 

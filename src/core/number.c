@@ -1,4 +1,4 @@
-#include "surface/number.h"
+#include "core/number.h"
 
 #include <float.h>
 #include <locale.h>

@@ -1,10 +1,10 @@
 /* The lobes of a sampler, and how much of each at each incidence. */
-#ifndef HETAB_SAMPLER_MIXTURE_H
-#define HETAB_SAMPLER_MIXTURE_H
+#ifndef HETAB_MODEL_MIXTURE_H
+#define HETAB_MODEL_MIXTURE_H
 
 #include "core/context.h"
 #include "model/model.h"
-#include "sampler/lobe.h"
+#include "model/lobe.h"
 
 enum { HETAB_MIXTURE_LOBES = 24, HETAB_MIXTURE_ANGLES = 33 };
 

@@ -1,7 +1,7 @@
 #include <hetab/table.h>
 
 #include "core/context.h"
-#include "table/atomic_file.h"
+#include "core/atomic_file.h"
 
 hetab_status hetab_output_check(hetab_context *ctx, const char *path, int overwrite) {
   hetab_atomic_file *file;

@@ -1,6 +1,6 @@
 /* What measurements are made of, for their readers. */
-#ifndef HETAB_FIT_MEASUREMENTS_INTERNAL_H
-#define HETAB_FIT_MEASUREMENTS_INTERNAL_H
+#ifndef HETAB_MEASURED_MEASUREMENTS_INTERNAL_H
+#define HETAB_MEASURED_MEASUREMENTS_INTERNAL_H
 
 #include <hetab/measurements.h>
 

@@ -1,6 +1,6 @@
 /* Text files, and the words of error messages about them. */
-#ifndef HETAB_SURFACE_TEXT_H
-#define HETAB_SURFACE_TEXT_H
+#ifndef HETAB_CORE_TEXT_H
+#define HETAB_CORE_TEXT_H
 
 #include <stdbool.h>
 #include <stddef.h>

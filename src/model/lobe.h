@@ -2,8 +2,8 @@
  *
  * All live in the plane of incidence's frame: the light at (s, 0, mu), q_r the viewer's lateral
  * direction cosines, d = q_i + q_r the distance from the mirror point. */
-#ifndef HETAB_SAMPLER_LOBE_H
-#define HETAB_SAMPLER_LOBE_H
+#ifndef HETAB_MODEL_LOBE_H
+#define HETAB_MODEL_LOBE_H
 
 #include <stddef.h>
 

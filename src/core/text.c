@@ -1,4 +1,4 @@
-#include "surface/text.h"
+#include "core/text.h"
 
 #include <ctype.h>
 #include <errno.h>

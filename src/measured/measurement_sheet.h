@@ -1,6 +1,6 @@
 /* What the readers of measurement files share: rows on their way to a hetab_measurements. */
-#ifndef HETAB_FIT_MEASUREMENT_SHEET_H
-#define HETAB_FIT_MEASUREMENT_SHEET_H
+#ifndef HETAB_MEASURED_MEASUREMENT_SHEET_H
+#define HETAB_MEASURED_MEASUREMENT_SHEET_H
 
 #include <stdbool.h>
 #include <hetab/measurements.h>

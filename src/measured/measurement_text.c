@@ -1,4 +1,4 @@
-#include "fit/measurement_text.h"
+#include "measured/measurement_text.h"
 
 #include <string.h>
 

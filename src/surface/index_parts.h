@@ -1,6 +1,6 @@
-/* What a refractive index is made of, for the readers of its files. */
-#ifndef HETAB_SURFACE_INDEX_INTERNAL_H
-#define HETAB_SURFACE_INDEX_INTERNAL_H
+/* What a refractive index is made of, for what makes one. */
+#ifndef HETAB_SURFACE_INDEX_PARTS_H
+#define HETAB_SURFACE_INDEX_PARTS_H
 
 #include <hetab/index.h>
 #include "core/context.h"
@@ -30,6 +30,9 @@ struct hetab_index {
 /* An index without data yet, k being zero. */
 hetab_status hetab_index_new(hetab_context *ctx, hetab_index_origin origin, const char *source,
                              hetab_index **out);
+/* The same index again, without reading its file. */
+hetab_status hetab_index_copy(hetab_context *ctx, const hetab_index *index, hetab_index **out);
+
 /* Room for `count` nodes; the range is set by hetab_curve_set_range once they are filled in. */
 hetab_status hetab_curve_alloc(hetab_context *ctx, hetab_curve *curve, size_t count);
 void hetab_curve_set_range(hetab_curve *curve);

@@ -1,6 +1,6 @@
 /* Numbers as text, always with '.' whatever the locale, and the values that a quantity may take. */
-#ifndef HETAB_SURFACE_NUMBER_H
-#define HETAB_SURFACE_NUMBER_H
+#ifndef HETAB_CORE_NUMBER_H
+#define HETAB_CORE_NUMBER_H
 
 #include <stdbool.h>
 #include "core/context.h"

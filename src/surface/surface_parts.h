@@ -1,6 +1,6 @@
-/* What a surface is made of, for its reader and its writer. */
-#ifndef HETAB_SURFACE_SURFACE_INTERNAL_H
-#define HETAB_SURFACE_SURFACE_INTERNAL_H
+/* What a surface is made of, for what makes, changes or writes one. */
+#ifndef HETAB_SURFACE_SURFACE_PARTS_H
+#define HETAB_SURFACE_SURFACE_PARTS_H
 
 #include <stdbool.h>
 #include <hetab/surface.h>

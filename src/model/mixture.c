@@ -1,4 +1,4 @@
-#include "sampler/mixture.h"
+#include "model/mixture.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,4 +1,4 @@
-#include "fit/measurement_sheet.h"
+#include "measured/measurement_sheet.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -7,8 +7,8 @@
 #include <string.h>
 #include <strings.h>
 
-#include "fit/measurements_internal.h"
-#include "surface/number.h"
+#include "measured/measurements_internal.h"
+#include "core/number.h"
 
 /* No gonioreflectometer measures outside: beyond lies a wavelength in the wrong unit. */
 static const double shortest_um = 0.01, longest_um = 100;

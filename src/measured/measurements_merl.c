@@ -4,7 +4,7 @@
 
 #include <hetab/merl.h>
 
-#include "fit/measurement_sheet.h"
+#include "measured/measurement_sheet.h"
 #include "table/half_diff.h"
 
 enum { CHANNELS = 3, CORNERS = 8 };

@@ -4,8 +4,8 @@
  * process, and get their name only when they are complete and on the disk. Replacing an existing
  * file takes a second name for the instant between linkat and rename: linkat never overwrites.
  * File systems without unnamed files get a hidden temporary name instead, removed on abort. */
-#ifndef HETAB_TABLE_ATOMIC_FILE_H
-#define HETAB_TABLE_ATOMIC_FILE_H
+#ifndef HETAB_CORE_ATOMIC_FILE_H
+#define HETAB_CORE_ATOMIC_FILE_H
 
 #include <stddef.h>
 #include <hetab/status.h>

@@ -1,6 +1,6 @@
 /* Lines and fields of a measurement file's text, cut off in place. */
-#ifndef HETAB_FIT_MEASUREMENT_TEXT_H
-#define HETAB_FIT_MEASUREMENT_TEXT_H
+#ifndef HETAB_MEASURED_MEASUREMENT_TEXT_H
+#define HETAB_MEASURED_MEASUREMENT_TEXT_H
 
 #include <stddef.h>
 

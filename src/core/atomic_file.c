@@ -1,4 +1,4 @@
-#include "table/atomic_file.h"
+#include "core/atomic_file.h"
 
 #include <errno.h>
 #include <fcntl.h>

@@ -1,4 +1,4 @@
-#include "sampler/lobe.h"
+#include "model/lobe.h"
 
 #include <math.h>
 #include <string.h>

@@ -4,7 +4,7 @@
 
 #include <hetab/table.h>
 
-#include "fit/measurement_sheet.h"
+#include "measured/measurement_sheet.h"
 
 /* One more than multiples: where the axes are the same, every theta_i has its mirror direction. */
 enum { MOST_THETA_I = 10, MOST_THETA_R = 28, MOST_PHI = 13 };

@@ -1,12 +1,12 @@
 /* Measured BRDFs in memory; the file formats are in measurements_*.c. */
-#include "fit/measurements_internal.h"
+#include "measured/measurements_internal.h"
 
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "surface/number.h"
+#include "core/number.h"
 
 /* ---- life ---- */
 

@@ -7,7 +7,7 @@
 #include "kernels/he_torrance.h"
 #include "kernels/shadowing.h"
 #include "model/limits.h"
-#include "sampler/mixture.h"
+#include "model/mixture.h"
 
 struct hetab_model_sampler {
   double tau_2sigma;

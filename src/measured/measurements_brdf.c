@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "fit/measurement_sheet.h"
-#include "fit/measurement_text.h"
-#include "surface/number.h"
+#include "measured/measurement_sheet.h"
+#include "measured/measurement_text.h"
+#include "core/number.h"
 
 enum { ANGLES = 4 };
 

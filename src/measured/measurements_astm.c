@@ -7,9 +7,9 @@
 #include <string.h>
 #include <strings.h>
 
-#include "fit/measurement_sheet.h"
-#include "fit/measurement_text.h"
-#include "surface/number.h"
+#include "measured/measurement_sheet.h"
+#include "measured/measurement_text.h"
+#include "core/number.h"
 
 enum { THETA_I, PHI_I, THETA_S, PHI_S, ANGLES };
 static const char *const angle_names[ANGLES] = {"theta_i", "phi_i", "theta_s", "phi_s"};
