@@ -446,7 +446,7 @@ static void test_bad_text(void **state) {
       {"a.astm", "NUM_POINTS 2\n" VARS "0,0,0,0,1\n", {"a.astm:3", "1 rows", "says 2"}},
       {"a.astm", "VARS theta_i,phi_i,theta_s,550nm\n", {"a.astm:1", "no column phi_s"}},
       {"a.astm", "VARS theta_i,phi_i,theta_s,phi_s,BRDF\n", {"a.astm:1", "no wavelength", "550nm"}},
-      {"a.astm", "VARS theta_i,theta_i,theta_s,phi_s,5nm\n", {"a.astm:1", "theta_i twice"}},
+      {"a.astm", "VARS theta_i,theta_i,theta_s,phi_s,5nm\n", {"a.astm:1", "'theta_i'", "twice"}},
       {"a.astm", "VARS theta_i,phi_i,theta_s,phi_s,0.5nm\n", {"a.astm:1", "unit"}},
       {"a.astm", VARS "0,0,0,1\n", {"a.astm:2", "4 fields", "names 5"}},
       {"a.astm", VARS "0,0,x,0,1\n", {"a.astm:2", "theta_s", "'x'"}},

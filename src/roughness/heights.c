@@ -5,9 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include <sys/stat.h>
-#include "core/number.h"
 #include "core/text.h"
 
 static const size_t most_bytes = (size_t)1 << 30;
@@ -119,35 +117,11 @@ const double *hetab_heights_z_um(const hetab_heights *heights) {
   return heights->z_um;
 }
 
-/* ---- text ---------------------------------------------------------------------------------- */
-
-double hetab_length_unit(const char *text) {
-  static const struct {
-    const char *name;
-    double um;
-  } units[] = {{"pm", 1e-6},   {"A", 1e-4},   {"nm", 1e-3}, {"um", 1},   {"\u00b5m", 1},
-               {"\u03bcm", 1}, {"micron", 1}, {"mm", 1e3},  {"cm", 1e4}, {"m", 1e6}};
-  for (size_t i = 0; i < sizeof units / sizeof *units; i++)
-    if (strcasecmp(text, units[i].name) == 0)
-      return units[i].um;
-  return 0;
-}
-
-bool hetab_height_parse(const char *text, double *value) {
-  static const char *const missing[] = {"", "nan", "bad", "-", "inf", "-inf", "null", "na", "---"};
-  for (size_t i = 0; i < sizeof missing / sizeof *missing; i++)
-    if (strcasecmp(text, missing[i]) == 0) {
-      *value = NAN;
-      return true;
-    }
-  return hetab_number_parse(text, value) && isfinite(*value);
-}
-
 /* ---- files --------------------------------------------------------------------------------- */
 
 static hetab_status read_text(hetab_context *ctx, const char *path, char **text) {
   size_t length;
-  hetab_status status = hetab_text_read_up_to(ctx, path, most_bytes, text, &length);
+  hetab_status status = hetab_text_read_any(ctx, path, most_bytes, text, &length);
   if (status != HETAB_ERR_PARSE)
     return status;
   return hetab_fail(ctx, status,
