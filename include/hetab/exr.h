@@ -28,7 +28,8 @@
 #include <stddef.h>
 #include <hetab/grid.h>
 #include <hetab/surface.h>
-#include <hetab/tabulate.h>
+#include <hetab/output.h>
+#include <hetab/types.h>
 
 #ifdef __cplusplus
 extern "C" {
