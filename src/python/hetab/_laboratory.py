@@ -21,7 +21,7 @@ FIT = {"estimates": "estimate_count", "incidences": "incidence_count", "starts":
        "band_of": "bands", "lambda_um": "bands", "diffuse": "bands", "notes": "note_count"}
 AUDIT = {"checks": "check_count", "lambda_um": "channel_count", "theta_i_deg": "theta_count",
          "energy": ("channel_count", "theta_count"), "bands": "channel_count", "against": True,
-         "views": (lib.HETAB_VIEWS,)}
+         "views": (lib.HETAB_AUDIT_VIEWS,)}
 
 
 # ---- roughness -------------------------------------------------------------------------------
