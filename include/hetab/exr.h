@@ -28,7 +28,7 @@
 #include <stddef.h>
 #include <hetab/grid.h>
 #include <hetab/surface.h>
-#include <hetab/output.h>
+#include <hetab/output_file.h>
 #include <hetab/types.h>
 
 #ifdef __cplusplus
@@ -72,7 +72,7 @@ hetab_status hetab_exr_write_specular(hetab_context *ctx, hetab_exr_writer *writ
 /* The measured errors, once all slabs are in. Optional. */
 void hetab_exr_set_error(hetab_exr_writer *writer, const hetab_error_stats *error);
 /* HALF: pixels so far that were above 65504. */
-size_t hetab_exr_saturated(const hetab_exr_writer *writer);
+size_t hetab_exr_saturated_count(const hetab_exr_writer *writer);
 /* Publishes and frees, whatever the outcome; HETAB_ERR_ARGUMENT if rows are missing. */
 hetab_status hetab_exr_commit(hetab_context *ctx, hetab_exr_writer *writer);
 /* Drops everything; NULL is fine. */

@@ -503,7 +503,7 @@ void hetab_exr_set_error(hetab_exr_writer *w, const hetab_error_stats *error) {
     hetab_exr_file_patch(w->file, error_names[i], values[i]);
 }
 
-size_t hetab_exr_saturated(const hetab_exr_writer *w) {
+size_t hetab_exr_saturated_count(const hetab_exr_writer *w) {
   return w->saturated;
 }
 
