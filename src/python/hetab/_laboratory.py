@@ -11,7 +11,7 @@ from ._library import (NULL, Record, address, call, create, doubles, dtype, ffi,
 from ._model import Progress, engine
 from ._surface import Surface, metals
 
-PAIR = dtype("hetab_pair_of_directions")
+PAIR = dtype("hetab_directions")
 
 # What the pointers in results are as long as.
 SCANS = {"scans": "count", "trials": "count", "notes": "note_count",
@@ -110,7 +110,7 @@ def fit(measured, index: str | os.PathLike | complex, *, slope=None, sigma0_um=N
         chosen.parameters[i] = parameter(wish)
     result = create("fit", lib.hetab_fit_create, engine(precision, device=device), measured, chosen,
                     progress=progress)
-    pairs = lib.hetab_measurements_count(measured)
+    pairs = lib.hetab_measurements_pair_count(measured)
     found = record(result, {**FIT, "model": (pairs, "bands"), "used": (pairs, "bands")})
     found.surface = None if result.surface == NULL else Surface._of_handle(result.surface, result)
     return found

@@ -18,7 +18,7 @@ class Table:
     def __init__(self, path: str | os.PathLike, rule: str = "interpolate"):
         self._handle = create("lookup", lib.hetab_lookup_open, os.fsencode(path),
                               choice("hetab_lookup_rule", rule))
-        self.channels: int = lib.hetab_lookup_channels(self._handle)
+        self.channels: int = lib.hetab_lookup_channel_count(self._handle)
         lambda_um = lib.hetab_lookup_wavelengths_um(self._handle)
         #: [channel], um; None: linear sRGB
         self.wavelengths_um: NDArray | None = (
