@@ -42,6 +42,9 @@ typedef struct hetab_rgl_options {
  * f_ref cos(theta_o), at the worst of 32 incidences from 0 to 80 degrees, 1000 directions each. */
 typedef struct hetab_rgl_report {
   double error_l1, bias;
+  /* As error_l1, the worst of 8 incidences from 81 to 89 degrees, but over all that is reflected
+   * there, the delta included. */
+  double error_grazing;
   double target;                                           /* what was asked for of error_l1 */
   size_t theta_i_count, ndf_count, vndf_count, resolution; /* T, N, W and R */
   size_t bytes;                                            /* of the file */

@@ -112,9 +112,9 @@ static void print_row(const tabulate_job *job, const table_output *output, int w
 static void print_rgl(const tabulate_job *job, const char *path) {
   const hetab_rgl_report *r = &job->rgl_report;
   printf("%s: %s, %zu incidences of %zu x %zu nodes, %.2f MB; relative L1 error at most %.2g (%.2g "
-         "asked for), bias %.1g\n",
+         "asked for), bias %.2g; beyond 80 degrees %.2g\n",
          path, bands_name(job), r->theta_i_count, r->resolution, r->resolution,
-         1e-6 * (double)r->bytes, r->error_l1, r->target, r->bias);
+         1e-6 * (double)r->bytes, r->error_l1, r->target, r->bias, r->error_grazing);
 }
 
 static void print_notes(const tabulate_job *job, const table_output *output) {
