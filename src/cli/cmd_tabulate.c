@@ -258,13 +258,13 @@ static int save_specular_csv(tabulate_job *job, const table_output *output) {
 static hetab_status create_h5(tabulate_job *job, table_output *o, const double *rho) {
   hetab_status status =
       hetab_h5_create(job->ctx, o->path, job->surface, job->grid, &job->h5_options, &o->writer);
-  return status == HETAB_OK ? hetab_h5_write_specular(job->ctx, o->writer, rho) : status;
+  return status == HETAB_OK ? hetab_table_write_specular(job->ctx, o->writer, rho) : status;
 }
 
 static hetab_status create_exr(tabulate_job *job, table_output *o, const double *rho) {
   hetab_status status =
       hetab_exr_create(job->ctx, o->path, job->surface, job->grid, &job->exr_options, &o->exr);
-  return status == HETAB_OK ? hetab_exr_write_specular(job->ctx, o->exr, rho) : status;
+  return status == HETAB_OK ? hetab_table_write_specular(job->ctx, o->exr, rho) : status;
 }
 
 static void choose_exr(tabulate_job *job) {
@@ -349,9 +349,9 @@ static hetab_status fan_out(hetab_context *ctx, void *user, const hetab_slab *sl
   }
   for (size_t i = 0; i < job->output_count && status == HETAB_OK; i++)
     if (job->outputs[i].writer)
-      status = hetab_h5_write_slab(ctx, job->outputs[i].writer, slab);
+      status = hetab_table_write_slab(ctx, job->outputs[i].writer, slab);
     else if (job->outputs[i].exr)
-      status = hetab_exr_write_slab(ctx, job->outputs[i].exr, slab);
+      status = hetab_table_write_slab(ctx, job->outputs[i].exr, slab);
   return status;
 }
 
@@ -408,19 +408,19 @@ static int fill_rgl(tabulate_job *job) {
 /* ---- publication --------------------------------------------------------------------------- */
 
 static int publish_h5(tabulate_job *job, table_output *output) {
-  hetab_h5_writer *writer = output->writer;
-  if (hetab_h5_write_report(job->ctx, writer, &job->reports[OUTPUT_H5]) != HETAB_OK)
+  hetab_table_writer *writer = output->writer;
+  if (hetab_table_write_report(job->ctx, writer, &job->reports[OUTPUT_H5]) != HETAB_OK)
     return cli_fail_context(job->ctx); /* the writer is aborted with the job */
   output->writer = NULL;
-  return hetab_h5_commit(job->ctx, writer) == HETAB_OK ? -1 : cli_fail_context(job->ctx);
+  return hetab_table_commit(job->ctx, writer) == HETAB_OK ? -1 : cli_fail_context(job->ctx);
 }
 
 static int publish_exr(tabulate_job *job, table_output *output) {
-  hetab_exr_writer *writer = output->exr;
+  hetab_table_writer *writer = output->exr;
   output->exr = NULL;
-  output->saturated = hetab_exr_saturated(writer);
-  hetab_exr_set_error(writer, &job->reports[OUTPUT_EXR].error);
-  return hetab_exr_commit(job->ctx, writer) == HETAB_OK ? -1 : cli_fail_context(job->ctx);
+  output->saturated = hetab_table_saturated(writer);
+  hetab_table_write_report(job->ctx, writer, &job->reports[OUTPUT_EXR]);
+  return hetab_table_commit(job->ctx, writer) == HETAB_OK ? -1 : cli_fail_context(job->ctx);
 }
 
 static hetab_status save_table(tabulate_job *job, const table_output *output) {
@@ -498,8 +498,8 @@ static int run_job(const cli_command *self, const tabulate_request *request) {
   if (status < 0)
     status = tabulate_summary(&job);
   for (size_t i = 0; i < job.output_count; i++) {
-    hetab_h5_abort(job.outputs[i].writer);
-    hetab_exr_abort(job.outputs[i].exr);
+    hetab_table_abort(job.outputs[i].writer);
+    hetab_table_abort(job.outputs[i].exr);
     free(job.outputs[i].specular_path);
   }
   free(job.outputs);
