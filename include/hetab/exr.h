@@ -29,7 +29,7 @@
 #include <hetab/grid.h>
 #include <hetab/surface.h>
 #include <hetab/table.h>
-#include <hetab/tabulate.h>
+#include <hetab/types.h>
 
 #ifdef __cplusplus
 extern "C" {

@@ -2,6 +2,10 @@
 #ifndef HETAB_H
 #define HETAB_H
 #include <hetab/status.h>
+#include <hetab/types.h>
+#include <hetab/output.h>
+#include <hetab/device.h>
+#include <hetab/model.h>
 #include <hetab/index.h>
 #include <hetab/surface.h>
 #include <hetab/grid.h>

@@ -1,5 +1,4 @@
-/* HDF5 tables (.h5): written slab by slab, whole or not at all; and read back. Text files,
- * likewise.
+/* HDF5 tables (.h5): written slab by slab, whole or not at all; and read back.
  *
  *   /brdf                  float32 or float64 [wavelength][theta_i][theta_r][phi], 1/sr, dd + ud,
  *                          no cosine, the specular delta not in it; one run of
@@ -17,7 +16,8 @@
 
 #include <hetab/grid.h>
 #include <hetab/surface.h>
-#include <hetab/tabulate.h>
+#include <hetab/output.h>
+#include <hetab/types.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -83,13 +83,6 @@ hetab_status hetab_h5_bands(hetab_context *ctx, hetab_h5_table *table, hetab_ban
 /* The root attributes: a number (HETAB_ERR_PARSE if absent or not a number). */
 hetab_status hetab_h5_number(hetab_context *ctx, hetab_h5_table *table, const char *name,
                              double *value);
-
-/* HETAB_ERR_EXISTS or HETAB_ERR_IO, with the remedy, if a file could not be written under path: by
- * hetab_h5_create, hetab_merl_save or hetab_text_save. Nothing is written. */
-hetab_status hetab_output_check(hetab_context *ctx, const char *path, int overwrite);
-/* A text file, whole or not at all. */
-hetab_status hetab_text_save(hetab_context *ctx, const char *path, const char *text, size_t size,
-                             int overwrite);
 
 #ifdef __cplusplus
 }

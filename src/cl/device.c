@@ -6,7 +6,7 @@
 #include <string.h>
 #include <strings.h>
 
-#include <hetab/engine.h>
+#include <hetab/device.h>
 
 static const char *error_name(cl_int error) {
   switch (error) {

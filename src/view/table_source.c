@@ -4,7 +4,7 @@
 
 #include "core/context.h"
 #include "model/colour.h"
-#include "view/source.h"
+#include "view/view_source.h"
 
 static hetab_status check_colour(hetab_context *ctx, const hetab_view_source *s,
                                  const float rgb[3]) {

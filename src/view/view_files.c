@@ -9,7 +9,7 @@
 
 #include "core/context.h"
 #include "table/exr_file.h"
-#include "view/view.h"
+#include "view/view_parts.h"
 
 /* ---- PNG ----------------------------------------------------------------------------------- */
 

@@ -1,4 +1,4 @@
-#include "convert/source.h"
+#include "convert/convert_source.h"
 
 #include <math.h>
 #include <stdio.h>
