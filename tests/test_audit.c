@@ -507,7 +507,7 @@ static double brute_force(const hetab_merl *merl, double theta_i_deg) {
   for (int r = 0; r < POLAR; r++)
     for (int p = 0; p < AROUND; p++) {
       double theta_r = (r + 0.5) / POLAR * pi / 2, phi = (p + 0.5) / AROUND * 2 * pi;
-      hetab_merl_lookup(merl, theta_i_deg * pi / 180, theta_r, phi, rgb);
+      hetab_merl_lookup(merl, (hetab_directions){theta_i_deg * pi / 180, theta_r, phi}, rgb);
       sum += fmax(rgb[1], 0) * sin(theta_r) * cos(theta_r);
     }
   return sum * (pi / 2 / POLAR) * (2 * pi / AROUND);

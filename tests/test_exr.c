@@ -207,7 +207,7 @@ static void half(void **state) {
   assert_ok(ctx, open_job(ctx, "a.exr", &options, BANDS, &job));
   write_brdf(ctx, &job, HETAB_FLOAT, BANDS);
   write_specular(ctx, &job, BANDS);
-  size_t counted = hetab_table_saturated(job.writer);
+  size_t counted = hetab_table_saturated_count(job.writer);
   assert_ok(ctx, commit(ctx, &job));
   close_job(&job);
   exr_context_t exr = open_exr("a.exr");

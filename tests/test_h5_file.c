@@ -155,7 +155,7 @@ static void round_trip(hetab_context *ctx, const hetab_grid *grid,
   assert_same_axes(table, grid);
   assert_same_values(ctx, table, grid,
                      options->element == HETAB_FLOAT || options->slabs == HETAB_FLOAT);
-  hetab_h5_close(table);
+  hetab_h5_free(table);
 }
 
 /* Chunks of several theta_i that slabs share, of one, and of a part of one with a rest. */
@@ -322,7 +322,7 @@ static void test_report(void **state) {
                  "'method' is not a number");
   assert_failure(f->ctx, hetab_h5_number(f->ctx, table, "nothing", &value), HETAB_ERR_PARSE,
                  "'nothing' is missing");
-  hetab_h5_close(table);
+  hetab_h5_free(table);
 }
 
 /* Doubles rounded to float: the stored error is the file's. */
@@ -334,7 +334,7 @@ static void test_report_of_rounded_values(void **state) {
   assert_number(f, table, "error_p99_rel", 1.6e-7);
   assert_number(f, table, "error_rms_rel", 1e-7);
   assert_number(f, table, "error_max_abs_below_floor", 6e-17);
-  hetab_h5_close(table);
+  hetab_h5_free(table);
 }
 
 /* Chunks at the end of an axis are stored whole: they should not reach far beyond it. */
@@ -636,8 +636,8 @@ static void test_damaged_chunk(void **state) {
   assert_failure(f->ctx, hetab_h5_read(f->ctx, table, 0, values), HETAB_ERR_PARSE, "/brdf");
   assert_ok(f->ctx, hetab_h5_read(f->ctx, table, 1, values));
   assert_failure(f->ctx, hetab_h5_read(f->ctx, table, 3, values), HETAB_ERR_ARGUMENT, "only 3");
-  hetab_h5_close(table);
-  hetab_h5_close(NULL);
+  hetab_h5_free(table);
+  hetab_h5_free(NULL);
   hetab_grid_free(grid);
 }
 

@@ -20,7 +20,7 @@
 
 #include <stddef.h>
 #include <hetab/grid.h>
-#include <hetab/output.h>
+#include <hetab/output_file.h>
 #include <hetab/types.h>
 
 #ifdef __cplusplus

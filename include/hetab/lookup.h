@@ -67,7 +67,7 @@ hetab_status hetab_lookup_open(hetab_context *ctx, const char *path, hetab_looku
 void hetab_lookup_free(hetab_lookup *table); /* NULL is fine */
 
 /* 3 for linear sRGB, else one for each wavelength. */
-size_t hetab_lookup_channels(const hetab_lookup *table);
+size_t hetab_lookup_channel_count(const hetab_lookup *table);
 /* [channels], um, ascending; NULL for linear sRGB. */
 const double *hetab_lookup_wavelengths_um(const hetab_lookup *table);
 

@@ -16,7 +16,7 @@
 
 #include <hetab/grid.h>
 #include <hetab/surface.h>
-#include <hetab/output.h>
+#include <hetab/output_file.h>
 #include <hetab/types.h>
 
 #ifdef __cplusplus
@@ -50,7 +50,7 @@ hetab_status hetab_table_write_specular(hetab_context *ctx, hetab_table_writer *
 hetab_status hetab_table_write_report(hetab_context *ctx, hetab_table_writer *writer,
                                       const hetab_report *report);
 /* Numbers so far that were too large for the file, stored as its largest (OpenEXR, HALF). */
-size_t hetab_table_saturated(const hetab_table_writer *writer);
+size_t hetab_table_saturated_count(const hetab_table_writer *writer);
 /* fsync and publish under the path; frees the writer, whatever the outcome. HETAB_ERR_ARGUMENT if
  * a slab or the specular reflectance has not been written: tables have no holes. */
 hetab_status hetab_table_commit(hetab_context *ctx, hetab_table_writer *writer);
@@ -69,7 +69,7 @@ hetab_status hetab_h5_open(hetab_context *ctx, const char *path, hetab_h5_table 
 /* The same, and tables converted from linear sRGB (<hetab/convert.h>), which hetab_h5_open()
  * refuses: three channels in place of wavelengths, hetab_h5_wavelengths_um() being NULL. */
 hetab_status hetab_h5_open_any(hetab_context *ctx, const char *path, hetab_h5_table **out);
-void hetab_h5_close(hetab_h5_table *table);
+void hetab_h5_free(hetab_h5_table *table);
 size_t hetab_h5_wavelength_count(const hetab_h5_table *table);
 const double *hetab_h5_wavelengths_um(const hetab_h5_table *table);
 const hetab_grid *hetab_h5_grid(const hetab_h5_table *table);

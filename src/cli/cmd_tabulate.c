@@ -393,14 +393,14 @@ static int fill_rgl(tabulate_job *job) {
   cli_progress_begin(job->ctx, hetab_surface_name(job->surface), job->request->quiet);
   double start = hetab_seconds();
   hetab_status done =
-      hetab_rgl_tabulate(job->ctx, job->surface, &job->rgl_options, &job->rgl, &job->rgl_report);
+      hetab_tabulate_rgl(job->ctx, job->surface, &job->rgl_options, &job->rgl, &job->rgl_report);
   cli_progress_end();
   if (done != HETAB_OK)
     return cli_fail_context(job->ctx);
   const hetab_rgl_report *r = &job->rgl_report;
   job->reports[OUTPUT_RGL] =
       (hetab_report){.entries = (double)(r->theta_i_count * r->resolution * r->resolution *
-                                         hetab_rgl_channels(job->rgl)),
+                                         hetab_rgl_channel_count(job->rgl)),
                      .wall_seconds = hetab_seconds() - start};
   return -1;
 }
@@ -418,7 +418,7 @@ static int publish_h5(tabulate_job *job, table_output *output) {
 static int publish_exr(tabulate_job *job, table_output *output) {
   hetab_table_writer *writer = output->exr;
   output->exr = NULL;
-  output->saturated = hetab_table_saturated(writer);
+  output->saturated = hetab_table_saturated_count(writer);
   hetab_table_write_report(job->ctx, writer, &job->reports[OUTPUT_EXR]);
   return hetab_table_commit(job->ctx, writer) == HETAB_OK ? -1 : cli_fail_context(job->ctx);
 }
@@ -463,7 +463,7 @@ static int prepare(tabulate_job *job) {
   int has_h5 = has_format(job, OUTPUT_H5), has_exr = has_format(job, OUTPUT_EXR), status = -1;
   int device = has_h5 || has_exr || has_format(job, OUTPUT_MERL);
   if (device && job->request->method != HETAB_METHOD_LITERAL)
-    job->preload = hetab_preload_start();
+    job->preload = hetab_preload_create();
   if (open_inputs(job) != HETAB_OK)
     return cli_fail_context(job->ctx);
   if (has_h5 && !has_exr)
@@ -506,7 +506,7 @@ static int run_job(const cli_command *self, const tabulate_request *request) {
   hetab_merl_free(job.merl);
   hetab_rgl_free(job.rgl);
   hetab_engine_free(job.engine);
-  hetab_preload_finish(job.preload);
+  hetab_preload_free(job.preload);
   hetab_grid_free(job.grid);
   hetab_surface_free(job.surface);
   hetab_context_free(job.ctx);

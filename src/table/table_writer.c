@@ -55,7 +55,7 @@ hetab_status hetab_table_write_report(hetab_context *ctx, hetab_table_writer *w,
   return w->class->report(ctx, w, report);
 }
 
-size_t hetab_table_saturated(const hetab_table_writer *w) {
+size_t hetab_table_saturated_count(const hetab_table_writer *w) {
   return w->saturated;
 }
 
