@@ -6,6 +6,7 @@ SOVERSION := 0.2
 PREFIX  ?= /usr/local
 DESTDIR ?=
 BUILD   ?= build
+OUT     ?= out
 CC      ?= cc
 CFLAGS  ?= -O2 -g
 PYTHON  ?= /usr/bin/python3
@@ -126,6 +127,13 @@ install: build ## install under PREFIX (default /usr/local), below DESTDIR
 	  -e 's|@PACKAGES@|$(PACKAGES)|' -e 's|@EXR@|$(EXR_LIB)|' src/hetab.pc.in \
 	  > $(DESTDIR)$(PREFIX)/lib/pkgconfig/hetab.pc
 	install -m 644 $(BUILD)/hetab.1 $(DESTDIR)$(PREFIX)/share/man/man1/
+
+.PHONY: wheel
+wheel: $(BUILD)/libhetab.so ## a wheel of the Python package, with the library inside, in out/
+	@mkdir -p $(OUT)
+	@cd src/python && BUILD=$(abspath $(BUILD)) $(PYTHON) -W ignore setup.py -q egg_info -e $(abspath $(BUILD)) \
+	  build -b $(abspath $(BUILD))/python bdist_wheel -d $(abspath $(OUT))
+	@ls $(OUT)/*.whl
 
 .PHONY: clean
 clean: ## remove what was built; out/ stays

@@ -105,6 +105,14 @@ void hetab_lookup_albedo(const hetab_lookup *table, const float wi[3], float *va
  * A MERL table made with --specular-cone holds the delta as a lobe: do not add it again. */
 void hetab_lookup_specular(const hetab_lookup *table, const float wi[3], float *value);
 
+/* The same for wi[count], wo[count]: density[count], value[count][channels]. */
+void hetab_lookup_pdf_batch(const hetab_lookup *table, size_t count, const float (*wi)[3],
+                            const float (*wo)[3], float *density);
+void hetab_lookup_albedo_batch(const hetab_lookup *table, size_t count, const float (*wi)[3],
+                               float *value);
+void hetab_lookup_specular_batch(const hetab_lookup *table, size_t count, const float (*wi)[3],
+                                 float *value);
+
 #ifdef __cplusplus
 }
 #endif

@@ -234,3 +234,23 @@ void hetab_lookup_albedo(const hetab_lookup *table, const float wi[3], float *va
 void hetab_lookup_specular(const hetab_lookup *table, const float wi[3], float *value) {
   hetab_specular_at(&table->specular, wi[2], value);
 }
+
+/* ---- many ---------------------------------------------------------------------------------- */
+
+void hetab_lookup_pdf_batch(const hetab_lookup *table, size_t count, const float (*wi)[3],
+                            const float (*wo)[3], float *density) {
+  for (size_t i = 0; i < count; i++)
+    density[i] = hetab_lookup_pdf(table, wi[i], wo[i]);
+}
+
+void hetab_lookup_albedo_batch(const hetab_lookup *table, size_t count, const float (*wi)[3],
+                               float *value) {
+  for (size_t i = 0; i < count; i++)
+    hetab_lookup_albedo(table, wi[i], value + i * table->channels);
+}
+
+void hetab_lookup_specular_batch(const hetab_lookup *table, size_t count, const float (*wi)[3],
+                                 float *value) {
+  for (size_t i = 0; i < count; i++)
+    hetab_lookup_specular(table, wi[i], value + i * table->channels);
+}
