@@ -111,11 +111,3 @@ hetab_status hetab_evaluate(hetab_context *ctx, hetab_engine *engine, const heta
   clReleaseKernel(kernel);
   return status;
 }
-
-hetab_status hetab_evaluate_literal(hetab_context *ctx, const hetab_point *points, size_t count,
-                                    hetab_value *values) {
-  HETAB_TRY(hetab_check_points(ctx, points, count));
-  for (size_t i = 0; i < count; i++)
-    values[i] = hetab_literal(&points[i]);
-  return HETAB_OK;
-}

@@ -1,7 +1,7 @@
 /* Polynomials of ln h(g, x) over a range of g, for the kernels that read whole rows: the making of
  * what kernels/atlas.h describes and uses. */
-#ifndef HETAB_MODEL_ATLAS_H
-#define HETAB_MODEL_ATLAS_H
+#ifndef HETAB_MODEL_ATLAS_FIT_H
+#define HETAB_MODEL_ATLAS_FIT_H
 
 #include <stddef.h>
 

@@ -1,4 +1,4 @@
-#include "model/atlas.h"
+#include "model/atlas_fit.h"
 
 #include <math.h>
 #include <stdlib.h>
