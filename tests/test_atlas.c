@@ -2,7 +2,7 @@
 #include "golden_support.h"
 
 #include "kernels/tables.h"
-#include "model/atlas.h"
+#include "model/atlas_fit.h"
 #include "model/model.h"
 
 enum { POINTS = 20000 };

@@ -4,7 +4,7 @@
 #include <errno.h>
 #include <sys/syscall.h>
 
-#include "table/atomic_file.h"
+#include "core/atomic_file.h"
 
 /* --- faults: these stand in for the C library's ---------------------------------------------- */
 

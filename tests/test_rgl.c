@@ -176,7 +176,7 @@ static void test_mitsuba(void **state) {
   double(*rows)[GOLDEN_COLUMNS] = golden_rows(&count), value = 0, pdf = 0, sample = 0, density = 0;
   small_table_init(&t);
   hetab_rgl *rgl = load_small(ctx, &t);
-  assert_int_equal(hetab_rgl_channels(rgl), 3);
+  assert_int_equal(hetab_rgl_channel_count(rgl), 3);
   assert_null(hetab_rgl_wavelengths_um(rgl));
   assert_int_equal(count, 60);
   for (size_t i = 0; i < count; i++) {
@@ -294,7 +294,7 @@ static hetab_rgl *tabulate(hetab_context *ctx, const char *name, double lambda_u
   hetab_surface *surface = open_surface(ctx, name, lambda_um);
   hetab_rgl_options options = {lambda_um > 0 ? HETAB_RGL_SPECTRAL : HETAB_RGL_RGB, table_error};
   hetab_rgl *rgl;
-  assert_ok(ctx, hetab_rgl_tabulate(ctx, surface, &options, &rgl, report));
+  assert_ok(ctx, hetab_tabulate_rgl(ctx, surface, &options, &rgl, report));
   hetab_surface_free(surface);
   return rgl;
 }
@@ -418,18 +418,18 @@ static void test_needle(void **state) {
   hetab_surface *surface;
   hetab_rgl *rgl;
   assert_ok(ctx, hetab_surface_create(ctx, 0.05, 60, 0.96, 6.7, &lambda_um, 1, &surface));
-  assert_ok(ctx, hetab_rgl_tabulate(ctx, surface, &options, &rgl, &report));
+  assert_ok(ctx, hetab_tabulate_rgl(ctx, surface, &options, &rgl, &report));
   print_message("  %zu incidences, %zu x %zu nodes: %.4f, bias %.4f\n", report.theta_i_count,
                 report.resolution, report.resolution, report.error_l1, report.bias);
-  assert_true(report.error_l1 <= 0.02 && hetab_rgl_channels(rgl) == 1);
+  assert_true(report.error_l1 <= 0.02 && hetab_rgl_channel_count(rgl) == 1);
   assert_true(hetab_rgl_wavelengths_um(rgl)[0] == 0.55);
   hetab_rgl_free(rgl);
   options.table_error = 1e-5; /* no table of any shape keeps that */
-  assert_fails(ctx, hetab_rgl_tabulate(ctx, surface, &options, &rgl, &report), HETAB_ERR_RANGE,
+  assert_fails(ctx, hetab_tabulate_rgl(ctx, surface, &options, &rgl, &report), HETAB_ERR_RANGE,
                (const char *const[]){"128 x 128", "allow a table error of", NULL});
   assert_null(rgl);
   options.table_error = -1;
-  assert_fails(ctx, hetab_rgl_tabulate(ctx, surface, &options, &rgl, &report), HETAB_ERR_ARGUMENT,
+  assert_fails(ctx, hetab_tabulate_rgl(ctx, surface, &options, &rgl, &report), HETAB_ERR_ARGUMENT,
                (const char *const[]){"table_error", NULL});
   hetab_surface_free(surface);
 }
@@ -749,7 +749,7 @@ static void test_corrupted(void **state) {
     if (hetab_rgl_load(ctx, path, &rgl) != HETAB_OK)
       continue;
     loaded++; /* what can be read can be used */
-    assert_true(hetab_rgl_channels(rgl) <= 64);
+    assert_true(hetab_rgl_channel_count(rgl) <= 64);
     hetab_rgl_sample(rgl, wi, u, wo);
     hetab_rgl_eval(rgl, wi, wo, f);
     hetab_rgl_free(rgl);

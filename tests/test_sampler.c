@@ -7,7 +7,7 @@
 #include <unistd.h>
 
 #include "model/model.h"
-#include "sampler/lobe.h"
+#include "model/lobe.h"
 
 /* Al at 550 nm. */
 static const double N_AL = 0.958, K_AL = 6.69, LAMBDA_UM = 0.55;

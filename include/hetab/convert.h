@@ -20,12 +20,12 @@
 
 #include <stddef.h>
 #include <hetab/grid.h>
+#include <hetab/output_file.h>
+#include <hetab/types.h>
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-typedef enum hetab_format { HETAB_FORMAT_H5, HETAB_FORMAT_MERL, HETAB_FORMAT_RGL } hetab_format;
 
 const char *hetab_format_name(hetab_format format); /* "HDF5", "MERL", "RGL" */
 

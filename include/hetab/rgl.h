@@ -58,7 +58,7 @@ typedef struct hetab_rgl_report {
  * Error: the presets at the default, against the literal equations at other directions: L1 <=
  * 0.0076, bias <= 0.0025, 0.8 to 1.5 MB (tests/test_rgl.c). A needle (sigma0 0.05, tau 60 um) and a
  * sub-wavelength surface (0.02, 0.2) reach 1 % too. options and report may be NULL. */
-hetab_status hetab_rgl_tabulate(hetab_context *ctx, const hetab_surface *surface,
+hetab_status hetab_tabulate_rgl(hetab_context *ctx, const hetab_surface *surface,
                                 const hetab_rgl_options *options, hetab_rgl **out,
                                 hetab_rgl_report *report);
 /* Whole or not at all. HETAB_ERR_EXISTS if path exists and overwrite == 0. */
@@ -73,7 +73,7 @@ hetab_status hetab_rgl_load(hetab_context *ctx, const char *path, hetab_rgl **ou
 void hetab_rgl_free(hetab_rgl *rgl); /* NULL is fine */
 
 /* 3 for linear sRGB, else one for each wavelength. */
-size_t hetab_rgl_channels(const hetab_rgl *rgl);
+size_t hetab_rgl_channel_count(const hetab_rgl *rgl);
 const double *hetab_rgl_wavelengths_um(const hetab_rgl *rgl); /* NULL: linear sRGB */
 /* How many numbers of the file were below 0 and became 0. */
 size_t hetab_rgl_negative(const hetab_rgl *rgl);

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/random.h"
 #include "engine/engine_internal.h"
 #include "engine/sample.h"
 

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "model/colour.h"
-#include "surface/surface_internal.h"
+#include "surface/surface_parts.h"
 
 static hetab_status allocate(hetab_context *ctx, size_t bands, size_t channels,
                              hetab_model *model) {

@@ -6,7 +6,7 @@
 #include "audit/audit_internal.h"
 #include "audit/surface_values.h"
 #include "audit/views.h"
-#include "surface/surface_internal.h"
+#include "surface/surface_parts.h"
 
 /* Rounding of the specular and diffuse parts, which are closed forms in double. */
 static const double closed_form_error = 1e-12;

@@ -5,10 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/ioctl.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "cli.h"
+#include "core/clock.h"
 #include "output.h"
 
 enum { BAR_CELLS = 24 };
@@ -20,12 +20,6 @@ static struct {
   char label[32];
   double start, last;
 } bar;
-
-static double now(void) {
-  struct timespec t;
-  clock_gettime(CLOCK_MONOTONIC, &t);
-  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 static int terminal_columns(void) {
   struct winsize size;
@@ -51,7 +45,7 @@ static void draw_bar(double fraction, double rate, double left) {
 
 static int on_progress(void *user, double done, double total) {
   (void)user;
-  double t = now();
+  double t = hetab_seconds();
   if (bar.visible && t - bar.last >= redraw_seconds && done > 0 && total > 0) {
     double rate = done / fmax(t - bar.start, 1e-9);
     draw_bar(fmin(done / total, 1), rate, fmax(total - done, 0) / rate);
@@ -65,7 +59,7 @@ void cli_progress_begin(hetab_context *ctx, const char *label, int quiet) {
   int dumb = !terminal || strcmp(terminal, "dumb") == 0;
   bar.visible = !quiet && !dumb && isatty(STDERR_FILENO);
   snprintf(bar.label, sizeof bar.label, "%s", label);
-  bar.start = bar.last = now();
+  bar.start = bar.last = hetab_seconds();
   if (bar.visible)
     draw(bar.label);
   hetab_set_progress(ctx, on_progress, NULL);

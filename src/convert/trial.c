@@ -6,6 +6,8 @@
 
 #include <hetab/merl.h>
 
+#include "core/random.h"
+
 typedef struct trial {
   const hetab_convert_source *source;
   hetab_lookup *out;
@@ -16,16 +18,10 @@ typedef struct trial {
   double sum, error, error_own, bias;
 } trial;
 
-/* Uniform in [0, 1): Knuth's MMIX generator, the upper bits. */
-static double draw(trial *t) {
-  t->random = t->random * 6364136223846793005u + 1442695040888963407u;
-  return (double)(t->random >> 40) * 0x1p-24;
-}
-
 /* A viewer for wi, from the mixture of both densities; returns cos(theta_o) over that, or 0. */
 static double draw_viewer(trial *t, const float wi[3], float wo[3]) {
-  const float u[2] = {(float)draw(t), (float)draw(t)};
-  if (draw(t) < 0.5) {
+  const float u[2] = {(float)hetab_random_unit(&t->random), (float)hetab_random_unit(&t->random)};
+  if (hetab_random_unit(&t->random) < 0.5) {
     double radius = sqrt((double)u[0]), phi = 2 * M_PI * (double)u[1];
     wo[0] = (float)(radius * cos(phi));
     wo[1] = (float)(radius * sin(phi));
@@ -49,8 +45,10 @@ static void add_pair(trial *t, const float wi[3], const float wo[3], double weig
   hetab_convert_channels(t->source, t->in_value, t->expected);
   hetab_lookup_eval(t->out, wi, wo, t->out_value);
   if (t->merl)
-    hetab_merl_lookup(t->merl, acos((double)wi[2]), acos((double)wo[2]),
-                      atan2((double)wo[1], (double)wo[0]), rgb);
+    hetab_merl_lookup(t->merl,
+                      (hetab_directions){acos((double)wi[2]), acos((double)wo[2]),
+                                         atan2((double)wo[1], (double)wo[0])},
+                      rgb);
   for (size_t c = 0; c < t->source->channels; c++) {
     double difference = (double)t->out_value[c] - t->expected[c];
     t->sum += weight * t->expected[c];
@@ -63,7 +61,7 @@ static void add_pair(trial *t, const float wi[3], const float wo[3], double weig
 static hetab_status run(hetab_context *ctx, trial *t, size_t pairs) {
   const double steepest = 80 * M_PI / 180;
   for (size_t i = 0; i < pairs; i++) {
-    double theta_i = draw(t) * steepest;
+    double theta_i = hetab_random_unit(&t->random) * steepest;
     float wi[3] = {(float)sin(theta_i), 0, (float)cos(theta_i)}, wo[3];
     double weight = draw_viewer(t, wi, wo);
     if (weight > 0)
@@ -77,7 +75,7 @@ static hetab_status run(hetab_context *ctx, trial *t, size_t pairs) {
 hetab_status hetab_convert_trial(hetab_context *ctx, const hetab_convert_source *source,
                                  const char *path, size_t pairs, unsigned seed,
                                  hetab_convert_report *report) {
-  trial t = {.source = source, .random = seed * 0x9E3779B97F4A7C15u + 1};
+  trial t = {.source = source, .random = seed};
   hetab_status status;
   t.in_value = hetab_alloc(ctx, source->channels_in, sizeof *t.in_value);
   t.out_value = hetab_alloc(ctx, source->channels, sizeof *t.out_value);

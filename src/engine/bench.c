@@ -6,6 +6,8 @@
 #include <stdlib.h>
 
 #include "cl/device.h"
+#include "core/clock.h"
+#include "core/random.h"
 #include "engine/dense.h"
 #include "engine/sample.h"
 

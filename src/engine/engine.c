@@ -3,7 +3,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "cl/device.h"
 #include "cl/program.h"
@@ -37,12 +36,6 @@ size_t hetab_real_size(const hetab_engine *engine) {
 double hetab_real_at(const hetab_engine *engine, const void *reals, size_t i) {
   return engine->precision == HETAB_DOUBLE ? ((const double *)reals)[i]
                                            : (double)((const float *)reals)[i];
-}
-
-double hetab_seconds(void) {
-  struct timespec now;
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
 static int power_of_two_up_to_16(cl_uint width) {

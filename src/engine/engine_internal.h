@@ -9,7 +9,7 @@
 #include <hetab/tabulate.h>
 
 #include "core/context.h"
-#include "model/atlas.h"
+#include "model/atlas_fit.h"
 
 enum { HETAB_MOST_LANES = 16 };
 
@@ -88,6 +88,5 @@ hetab_status hetab_lane_run_rows(hetab_context *ctx, const hetab_lane *lane, cl_
                                  size_t rows);
 
 void hetab_release(cl_mem buffer); /* NULL is fine */
-double hetab_seconds(void);        /* monotonic */
 
 #endif

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "cl/device.h"
+#include "core/clock.h"
 #include "engine/dense.h"
 #include "engine/merl_job.h"
 #include "kernels/tables.h"

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "cl/device.h"
+#include "core/clock.h"
 #include "engine/engine_internal.h"
 #include "kernels/tables.h"
 #include "model/limits.h"
@@ -109,12 +110,4 @@ hetab_status hetab_evaluate(hetab_context *ctx, hetab_engine *engine, const heta
   hetab_status status = run_batches(ctx, engine, kernel, points, count, values);
   clReleaseKernel(kernel);
   return status;
-}
-
-hetab_status hetab_evaluate_literal(hetab_context *ctx, const hetab_point *points, size_t count,
-                                    hetab_value *values) {
-  HETAB_TRY(hetab_check_points(ctx, points, count));
-  for (size_t i = 0; i < count; i++)
-    values[i] = hetab_literal(&points[i]);
-  return HETAB_OK;
 }

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 
 #include "cl/device.h"
+#include "core/clock.h"
 #include "engine/dense.h"
 #include "kernels/tables.h"
 #include "model/limits.h"

@@ -29,8 +29,4 @@ void hetab_sample_add(hetab_sample *sample, double value, double reference);
 /* Fills in p99 and RMS. */
 hetab_error_stats hetab_sample_finish(hetab_sample *sample);
 
-/* splitmix64: the next of a sequence, and the same as a double in [0, 1). */
-uint64_t hetab_random(uint64_t *state);
-double hetab_random_unit(uint64_t *state);
-
 #endif

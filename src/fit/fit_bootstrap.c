@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/random.h"
 #include "fit/fit_curvature.h"
 
 enum { BOOTSTRAP_STEPS = 3 };
@@ -13,16 +14,14 @@ typedef struct resampling {
   unsigned *times; /* [pairs] */
   double *values;  /* [estimate][sample] */
   size_t samples;
-  unsigned long long random;
+  uint64_t random;
 } resampling;
 
 static void draw(resampling *r) {
   size_t count = r->c->p->data.count;
   memset(r->times, 0, count * sizeof *r->times);
-  for (size_t i = 0; i < count; i++) {
-    r->random = r->random * 6364136223846793005u + 1442695040888963407u;
-    r->times[(size_t)((double)(r->random >> 11) * 0x1p-53 * (double)count)]++;
-  }
+  for (size_t i = 0; i < count; i++)
+    r->times[(size_t)(hetab_random_unit(&r->random) * (double)count)]++;
 }
 
 /* The constraint's room, linear about the best. */

@@ -9,31 +9,20 @@
 #include "engine/engine_internal.h"
 #include "kernels/tables.h"
 #include "model/model.h"
-#include "surface/index_internal.h"
-#include "surface/surface_internal.h"
+#include "surface/index_parts.h"
+#include "surface/surface_parts.h"
 
 enum { BATCH = 1 << 16 }; /* of values */
 
 /* ---- the surface ------------------------------------------------------------------------------
  */
 
-static hetab_status copy_index(hetab_context *ctx, const hetab_index *from, hetab_index **to) {
-  switch (from->origin) {
-  case HETAB_INDEX_METAL:
-    return hetab_index_metal(ctx, from->symbol, to);
-  case HETAB_INDEX_FILE:
-    return hetab_index_load(ctx, from->source, to);
-  default:
-    return hetab_index_constant(ctx, from->n.values[0], from->k.count ? from->k.values[0] : 0, to);
-  }
-}
-
 static hetab_status make_surface(hetab_context *ctx, const hetab_fit_options *options,
                                  const hetab_fit_data *data, hetab_surface **out) {
   HETAB_TRY(hetab_surface_new(ctx, "fit", out));
   (*out)->sigma0_um = (*out)->tau_um = 1;
   (*out)->extrapolate = options->extrapolate_index;
-  HETAB_TRY(copy_index(ctx, options->index, &(*out)->index));
+  HETAB_TRY(hetab_index_copy(ctx, options->index, &(*out)->index));
   return hetab_surface_sample(ctx, *out, data->lambda_um, data->bands);
 }
 
@@ -77,8 +66,7 @@ void hetab_fit_model_set(hetab_fit_model *model, double sigma0_um, double tau_um
 
 /* Columns as kernels/tables.h orders them; the specular term is left at nothing. */
 static void fill_pair(const hetab_surface *surface, const hetab_wave *waves,
-                      const hetab_pair_of_directions *p, size_t first, size_t stride,
-                      double *columns) {
+                      const hetab_directions *p, size_t first, size_t stride, double *columns) {
   double tau_2sigma = surface->tau_um / (2 * surface->sigma0_um);
   hetab_direction in = hetab_direction_at(p->theta_i, tau_2sigma);
   hetab_direction out = hetab_direction_at(p->theta_r, tau_2sigma);
@@ -132,7 +120,7 @@ done:
 }
 
 hetab_status hetab_fit_model_dd(hetab_context *ctx, hetab_fit_model *model,
-                                const hetab_pair_of_directions *pairs, size_t count, double *dd) {
+                                const hetab_directions *pairs, size_t count, double *dd) {
   const hetab_surface *surface = model->surface;
   hetab_wave waves[HETAB_FIT_MOST_BANDS];
   size_t bands = surface->count, batch = BATCH / bands;

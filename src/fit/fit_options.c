@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "surface/index_internal.h"
+#include "surface/index_parts.h"
 
 typedef struct rule {
   const char *name;

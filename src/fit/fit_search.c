@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/random.h"
+
 /* In x, which runs from 0 to 1 between the logarithms of the bounds. */
 static const double FIRST_STEP = 0.05, COARSE = 1e-3, FINE = 1e-8, BESIDE = 1e-5, SAME_END = 1e-2;
 static const double SAME_ANSWER = 1e-4;
@@ -135,14 +137,6 @@ static hetab_status run(search *s, nlopt_algorithm algorithm, double tolerance, 
 
 /* ---- starts -----------------------------------------------------------------------------------
  */
-
-/* SplitMix64. */
-static double random_unit(unsigned long long *state) {
-  unsigned long long z = (*state += 0x9e3779b97f4a7c15u);
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-  return (double)((z ^ (z >> 31)) >> 11) * 0x1p-53;
-}
 
 /* The given start, if all that is free has one. */
 static int given_start(const hetab_fit_problem *p, double *x) {
@@ -287,14 +281,14 @@ static hetab_status run_start(search *s, const lattice *l, hetab_fit_start *star
 /* ends[start_count]: the best feasible state of each run. */
 static hetab_status run_starts(search *s, hetab_fit *fit, hetab_fit_state *ends) {
   hetab_fit_problem *p = s->problem;
-  unsigned long long seed = p->options.seed;
+  uint64_t seed = p->options.seed;
   double given[HETAB_FIT_MOST_FREE];
   int have_given = given_start(p, given);
   lattice first;
   for (size_t i = 0; i < s->starts; i++) {
     double x[HETAB_FIT_MOST_FREE];
     for (size_t f = 0; f < p->free_count; f++)
-      x[f] = i == 0 && have_given ? given[f] : random_unit(&seed);
+      x[f] = i == 0 && have_given ? given[f] : hetab_random_unit(&seed);
     record(p, x, fit->starts[i].start);
     lattice l = lattice_through(p, x);
     HETAB_TRY(scan(s, &l));

@@ -109,7 +109,7 @@ static float map_value(const hetab_rgl_map *map, const float u[2]) {
 
 /* ---- the public functions ------------------------------------------------------------------ */
 
-size_t hetab_rgl_channels(const hetab_rgl *rgl) {
+size_t hetab_rgl_channel_count(const hetab_rgl *rgl) {
   return rgl->channels;
 }
 

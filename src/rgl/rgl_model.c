@@ -279,7 +279,7 @@ static hetab_status check_bands(hetab_context *ctx, const hetab_surface *surface
                     count, HETAB_RGL_MOST_WAVELENGTHS);
 }
 
-hetab_status hetab_rgl_tabulate(hetab_context *ctx, const hetab_surface *surface,
+hetab_status hetab_tabulate_rgl(hetab_context *ctx, const hetab_surface *surface,
                                 const hetab_rgl_options *options, hetab_rgl **out,
                                 hetab_rgl_report *report) {
   hetab_rgl_options o = options ? *options : (hetab_rgl_options){0};

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "engine/sample.h"
+#include "core/random.h"
 #include "model/model.h"
 
 static const double last_deg = 80.0;

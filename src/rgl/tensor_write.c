@@ -2,7 +2,7 @@
 
 #include "rgl/tensor.h"
 #include "rgl/tensor_layout.h"
-#include "table/atomic_file.h"
+#include "core/atomic_file.h"
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__,
                "tensor files are little-endian, and this file writes memory as it is");

@@ -8,8 +8,8 @@
 #include <strings.h>
 #include <hetab/roughness.h>
 #include "core/context.h"
-#include "surface/number.h"
-#include "surface/text.h"
+#include "core/number.h"
+#include "core/text.h"
 
 enum { MOST_PUBLISHED_COLUMNS = 64 };
 

@@ -5,8 +5,8 @@
 #include <string.h>
 #include <strings.h>
 #include "roughness/heights.h"
-#include "surface/number.h"
-#include "surface/text.h"
+#include "core/number.h"
+#include "core/text.h"
 
 typedef struct sdf_scan {
   hetab_context *ctx;

@@ -6,8 +6,8 @@
 #include <string.h>
 #include <strings.h>
 #include "roughness/heights.h"
-#include "surface/number.h"
-#include "surface/text.h"
+#include "core/number.h"
+#include "core/text.h"
 
 enum { MOST_COLUMNS = 1 << 16 };
 

@@ -6,7 +6,7 @@
 #include <string.h>
 #include <expat.h>
 #include "roughness/heights.h"
-#include "surface/number.h"
+#include "core/number.h"
 
 enum { MAX_DEPTH = 8, MAX_TEXT = 1024 };
 

@@ -1,14 +1,13 @@
-#include "surface/index_internal.h"
+#include "surface/index_parts.h"
 
-#include <errno.h>
 #include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include "surface/formulas.h"
 #include "surface/metals.h"
-#include "surface/number.h"
-#include "surface/text.h"
+#include "core/number.h"
+#include "core/text.h"
 
 /* ---- curves ---- */
 
@@ -105,6 +104,36 @@ hetab_status hetab_index_constant(hetab_context *ctx, double n, double k, hetab_
   return HETAB_OK;
 }
 
+static hetab_status copy_curve(hetab_context *ctx, const hetab_curve *from, hetab_curve *to) {
+  size_t bytes = from->count * sizeof *from->values;
+  if (!from->count)
+    return HETAB_OK;
+  HETAB_TRY(hetab_curve_alloc(ctx, to, from->count));
+  memcpy(to->values, from->values, bytes);
+  if (from->lambda_um)
+    memcpy(to->lambda_um, from->lambda_um, bytes);
+  to->formula = from->formula;
+  to->min_um = from->min_um;
+  to->max_um = from->max_um;
+  return HETAB_OK;
+}
+
+hetab_status hetab_index_copy(hetab_context *ctx, const hetab_index *index, hetab_index **out) {
+  hetab_index *copy;
+  *out = NULL;
+  HETAB_TRY(hetab_index_new(ctx, index->origin, index->source, &copy));
+  copy->symbol = index->symbol;
+  copy->k.max_um = index->k.max_um;
+  hetab_status status = copy_curve(ctx, &index->n, &copy->n);
+  if (status == HETAB_OK)
+    status = copy_curve(ctx, &index->k, &copy->k);
+  if (status == HETAB_OK)
+    *out = copy;
+  else
+    hetab_index_free(copy);
+  return status;
+}
+
 static hetab_status fill_metal(hetab_context *ctx, hetab_curve *curve, const double *values) {
   HETAB_TRY(hetab_curve_alloc(ctx, curve, HETAB_METAL_NODES));
   for (size_t i = 0; i < curve->count; i++) {
@@ -135,27 +164,6 @@ hetab_status hetab_index_metal(hetab_context *ctx, const char *symbol, hetab_ind
   hetab_status status = fill_metal(ctx, &index->n, metal->n);
   if (status == HETAB_OK)
     status = fill_metal(ctx, &index->k, metal->k);
-  if (status != HETAB_OK) {
-    hetab_index_free(index);
-    return status;
-  }
-  *out = index;
-  return HETAB_OK;
-}
-
-hetab_status hetab_index_load(hetab_context *ctx, const char *path, hetab_index **out) {
-  *out = NULL;
-  char *absolute = realpath(path, NULL);
-  if (!absolute)
-    return hetab_fail(ctx, HETAB_ERR_IO, "%s: cannot open: %s: check the path", path,
-                      strerror(errno));
-  hetab_index *index;
-  hetab_status status = hetab_index_new(ctx, HETAB_INDEX_FILE, absolute, &index);
-  free(absolute);
-  HETAB_TRY(status);
-  status = hetab_has_extension(path, hetab_yaml_extensions)
-               ? hetab_index_read_yaml(ctx, path, index)
-               : hetab_index_read_csv(ctx, path, index);
   if (status != HETAB_OK) {
     hetab_index_free(index);
     return status;

@@ -4,8 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 #include "surface/index_table.h"
-#include "surface/number.h"
-#include "surface/text.h"
+#include "core/number.h"
+#include "core/text.h"
 
 enum { MAX_COLUMNS = 3 };
 

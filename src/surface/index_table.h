@@ -2,7 +2,7 @@
 #ifndef HETAB_SURFACE_INDEX_TABLE_H
 #define HETAB_SURFACE_INDEX_TABLE_H
 
-#include "surface/index_internal.h"
+#include "surface/index_parts.h"
 
 typedef struct hetab_row {
   double lambda_um;

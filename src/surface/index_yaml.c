@@ -6,7 +6,7 @@
 #include <string.h>
 #include "surface/formulas.h"
 #include "surface/index_table.h"
-#include "surface/text.h"
+#include "core/text.h"
 #include "surface/yaml.h"
 
 static const char *const root_keys[] = {"DATA", NULL};

@@ -1,11 +1,11 @@
-#include "surface/surface_internal.h"
+#include "surface/surface_parts.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "surface/number.h"
+#include "core/number.h"
 #include "surface/presets.h"
-#include "surface/text.h"
+#include "core/text.h"
 #include "surface/wavelengths.h"
 
 static const double pi = 3.14159265358979323846;
@@ -180,12 +180,6 @@ hetab_status hetab_surface_preset(hetab_context *ctx, const char *name, hetab_su
   }
   *out = surface;
   return HETAB_OK;
-}
-
-hetab_status hetab_surface_open(hetab_context *ctx, const char *name_or_path, hetab_surface **out) {
-  if (strchr(name_or_path, '/') || hetab_has_extension(name_or_path, hetab_yaml_extensions))
-    return hetab_surface_load(ctx, name_or_path, out);
-  return hetab_surface_preset(ctx, name_or_path, out);
 }
 
 /* ---- reading it ---- */

@@ -4,9 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
-#include "surface/index_internal.h"
-#include "surface/number.h"
-#include "surface/surface_internal.h"
+#include "surface/index_parts.h"
+#include "core/number.h"
+#include "surface/surface_parts.h"
 #include "surface/wavelengths.h"
 
 /* Letters, digits, '_' and '-' after a letter: what YAML takes for text without quotes, but for the

@@ -2,8 +2,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include "surface/surface_internal.h"
-#include "surface/text.h"
+#include "surface/surface_parts.h"
+#include "core/text.h"
 #include "surface/wavelengths.h"
 #include "surface/yaml.h"
 

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "surface/number.h"
+#include "core/number.h"
 
 enum { MAX_WAVELENGTHS = 100000 };
 

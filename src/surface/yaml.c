@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include "surface/text.h"
+#include "core/text.h"
 
 enum { MAX_OPEN = 100, MAX_ANCHORS = 1000 };
 

@@ -5,7 +5,7 @@
 
 #include <stdbool.h>
 #include <yaml.h>
-#include "surface/number.h"
+#include "core/number.h"
 
 /* The document keeps aliases as references to one node, so an alias bomb does not grow. */
 typedef struct hetab_yaml {

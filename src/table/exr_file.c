@@ -10,7 +10,7 @@
 #include <openexr.h>
 
 #include "core/context.h"
-#include "table/atomic_file.h"
+#include "core/atomic_file.h"
 
 enum { MAX_PATCHES = 8 };
 
@@ -99,7 +99,7 @@ void hetab_exr_part_name(const char *prefix, const char *unit, const double *val
 
 /* ---- the header ---------------------------------------------------------------------------- */
 
-hetab_status hetab_exr_file_create(hetab_context *ctx, const char *path, int overwrite,
+hetab_status hetab_exr_file_create(hetab_context *ctx, hetab_atomic_file *atomic,
                                    hetab_exr_file **out) {
   hetab_status status;
   exr_context_initializer_t start = EXR_DEFAULT_CONTEXT_INITIALIZER;
@@ -107,19 +107,20 @@ hetab_status hetab_exr_file_create(hetab_context *ctx, const char *path, int ove
   hetab_exr_file *file = hetab_alloc(ctx, 1, sizeof *file);
   if (!file)
     return HETAB_ERR_MEMORY;
+  file->atomic = atomic;
   file->part = -1;
   start.error_handler_fn = ignore_error;
   start.user_data = file;
   start.write_fn = write_stream;
-  HETAB_GOTO(hetab_atomic_create(ctx, path, overwrite, &file->atomic));
-  note(file, exr_start_write(&file->exr, path, EXR_WRITE_FILE_DIRECTLY, &start));
+  note(file,
+       exr_start_write(&file->exr, hetab_atomic_path(atomic), EXR_WRITE_FILE_DIRECTLY, &start));
   if (!failed(file)) /* which old readers do not know, and no name needs */
     note(file, exr_set_longname_support(file->exr, 0));
   HETAB_GOTO(outcome(ctx, file));
   *out = file;
   return HETAB_OK;
 done:
-  hetab_exr_file_abort(file);
+  hetab_exr_file_free(file);
   return status;
 }
 
@@ -285,28 +286,21 @@ static hetab_status apply_patches(hetab_context *ctx, hetab_exr_file *file) {
   return outcome(ctx, file);
 }
 
-hetab_status hetab_exr_file_commit(hetab_context *ctx, hetab_exr_file *file) {
-  hetab_status status = HETAB_OK;
+hetab_status hetab_exr_file_finish(hetab_context *ctx, hetab_exr_file *file) {
   if (file->exr)
     note(file, exr_finish(&file->exr));
   file->exr = NULL;
-  HETAB_GOTO(outcome(ctx, file));
-  HETAB_GOTO(apply_patches(ctx, file));
-  status = hetab_atomic_commit(ctx, file->atomic);
-  file->atomic = NULL;
-done:
-  hetab_exr_file_abort(file);
-  return status;
+  HETAB_TRY(outcome(ctx, file));
+  return apply_patches(ctx, file);
 }
 
 /* What the library still holds back goes nowhere, as after a failed write. */
-void hetab_exr_file_abort(hetab_exr_file *file) {
+void hetab_exr_file_free(hetab_exr_file *file) {
   if (!file)
     return;
   if (!file->error)
     file->error = ECANCELED;
   if (file->exr)
     exr_finish(&file->exr);
-  hetab_atomic_abort(file->atomic);
   free(file);
 }

@@ -6,7 +6,7 @@
 #include <unistd.h>
 
 #include "core/context.h"
-#include "table/atomic_file.h"
+#include "core/atomic_file.h"
 #include "table/h5_common.h"
 
 enum { RANK = 4, BUFFER_BYTES = 1 << 20 };

@@ -247,7 +247,7 @@ done:
   if (status == HETAB_OK)
     *out = table;
   else
-    hetab_h5_close(table);
+    hetab_h5_free(table);
   return status;
 }
 
@@ -255,7 +255,7 @@ hetab_status hetab_h5_open(hetab_context *ctx, const char *path, hetab_h5_table 
   HETAB_TRY(hetab_h5_open_any(ctx, path, out));
   if (!(*out)->srgb)
     return HETAB_OK;
-  hetab_h5_close(*out);
+  hetab_h5_free(*out);
   *out = NULL;
   return hetab_fail(ctx, HETAB_ERR_UNSUPPORTED,
                     "'%s' holds linear sRGB in place of wavelengths; convert it to a MERL table "
@@ -263,7 +263,7 @@ hetab_status hetab_h5_open(hetab_context *ctx, const char *path, hetab_h5_table 
                     path, path);
 }
 
-void hetab_h5_close(hetab_h5_table *table) {
+void hetab_h5_free(hetab_h5_table *table) {
   hetab_h5_errors errors;
   if (!table)
     return;

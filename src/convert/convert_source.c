@@ -1,0 +1,149 @@
+#include "convert/convert_source.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <hetab/merl.h>
+
+#include "convert/mend.h"
+#include "model/colour.h"
+#include "table/table_format.h"
+
+/* ---- opening ------------------------------------------------------------------------------- */
+
+/* The mended table as a file, for as long as it takes to open it. */
+static hetab_status open_mended(hetab_context *ctx, const hetab_merl *merl,
+                                hetab_convert_source *source) {
+  const char *folder = getenv("TMPDIR");
+  char path[4096];
+  snprintf(path, sizeof path, "%s/hetab-XXXXXX", folder && *folder ? folder : "/tmp");
+  int fd = mkstemp(path);
+  if (fd < 0)
+    return hetab_fail(ctx, HETAB_ERR_IO, "cannot write a temporary file '%s': %m; set TMPDIR",
+                      path);
+  close(fd);
+  hetab_status status = hetab_merl_save(ctx, merl, path, 1);
+  if (status == HETAB_OK)
+    status = hetab_lookup_open(ctx, path, HETAB_LOOKUP_INTERPOLATE, &source->table);
+  unlink(path);
+  return status;
+}
+
+/* A table with holes is read without them. */
+static hetab_status open_merl(hetab_context *ctx, hetab_convert_source *source) {
+  hetab_merl *merl;
+  HETAB_TRY(hetab_merl_load_raw(ctx, source->path, &merl));
+  source->filled = hetab_merl_holes(merl);
+  hetab_status status = source->filled ? hetab_merl_mend(ctx, source->path, merl) : HETAB_OK;
+  if (status == HETAB_OK)
+    status = source->filled
+                 ? open_mended(ctx, merl, source)
+                 : hetab_lookup_open(ctx, source->path, HETAB_LOOKUP_INTERPOLATE, &source->table);
+  hetab_merl_free(merl);
+  return status;
+}
+
+static hetab_status choose_channels(hetab_context *ctx, int srgb, hetab_convert_source *source) {
+  source->channels_in = source->channels = hetab_lookup_channel_count(source->table);
+  source->lambda_um = hetab_lookup_wavelengths_um(source->table);
+  if (!srgb || !source->lambda_um)
+    return HETAB_OK;
+  source->weights = hetab_alloc(ctx, source->channels_in, sizeof *source->weights);
+  if (!source->weights)
+    return HETAB_ERR_MEMORY;
+  HETAB_TRY(hetab_xyz_weights(ctx, source->lambda_um, source->channels_in, source->weights));
+  source->channels = 3;
+  source->lambda_um = NULL;
+  return HETAB_OK;
+}
+
+hetab_status hetab_convert_open(hetab_context *ctx, const char *path, int srgb,
+                                hetab_convert_source *source) {
+  *source = (hetab_convert_source){.path = path};
+  hetab_status status = hetab_format_of(ctx, path, &source->format);
+  if (status == HETAB_OK)
+    status = source->format == HETAB_FORMAT_MERL
+                 ? open_merl(ctx, source)
+                 : hetab_lookup_open(ctx, path, HETAB_LOOKUP_INTERPOLATE, &source->table);
+  if (status == HETAB_OK)
+    status = choose_channels(ctx, srgb, source);
+  if (status != HETAB_OK)
+    hetab_convert_close(source);
+  return status;
+}
+
+void hetab_convert_close(hetab_convert_source *source) {
+  hetab_lookup_free(source->table);
+  free(source->weights);
+  source->table = NULL;
+  source->weights = NULL;
+}
+
+/* ---- values -------------------------------------------------------------------------------- */
+
+void hetab_convert_directions(const hetab_rgl_pair *pair, float wi[3], float wo[3]) {
+  const double most = M_PI_2 * (1 - 1.0 / 9000);
+  double i = fmin(pair->theta_i, most), r = fmin(pair->theta_r, most);
+  wi[0] = (float)sin(i);
+  wi[1] = 0;
+  wi[2] = (float)cos(i);
+  wo[0] = (float)(sin(r) * cos(pair->phi));
+  wo[1] = (float)(sin(r) * sin(pair->phi));
+  wo[2] = (float)cos(r);
+}
+
+size_t hetab_convert_channels(const hetab_convert_source *source, const float *in, double *out) {
+  double xyz[3] = {0};
+  size_t clamped = 0;
+  for (size_t c = 0; c < source->channels_in && !source->weights; c++)
+    out[c] = (double)in[c];
+  if (!source->weights)
+    return 0;
+  for (size_t b = 0; b < source->channels_in; b++)
+    for (int c = 0; c < 3; c++)
+      xyz[c] += source->weights[b][c] * (double)in[b];
+  hetab_xyz_to_srgb(xyz, out);
+  for (int c = 0; c < 3; c++)
+    if (out[c] < 0) {
+      out[c] = 0;
+      clamped++;
+    }
+  return clamped;
+}
+
+enum { BLOCK = 256 };
+
+hetab_status hetab_convert_values(hetab_context *ctx, void *user, const hetab_rgl_pair *pairs,
+                                  size_t count, double *values) {
+  hetab_convert_source *source = user;
+  float wi[BLOCK][3], wo[BLOCK][3];
+  float *in = hetab_alloc(ctx, BLOCK, source->channels_in * sizeof *in);
+  if (!in)
+    return HETAB_ERR_MEMORY;
+  for (size_t first = 0; first < count; first += BLOCK) {
+    size_t block = count - first < BLOCK ? count - first : BLOCK;
+    for (size_t i = 0; i < block; i++)
+      hetab_convert_directions(&pairs[first + i], wi[i], wo[i]);
+    hetab_lookup_eval_batch(source->table, block, (const float(*)[3])wi, (const float(*)[3])wo, in);
+    for (size_t i = 0; i < block; i++)
+      source->clamped += hetab_convert_channels(source, in + i * source->channels_in,
+                                                values + (first + i) * source->channels);
+  }
+  free(in);
+  return HETAB_OK;
+}
+
+hetab_status hetab_convert_specular(hetab_context *ctx, const hetab_convert_source *source,
+                                    double theta_i, double *value) {
+  const float wi[3] = {(float)sin(theta_i), 0, (float)fmax(cos(theta_i), 0)};
+  float *in = hetab_alloc(ctx, source->channels_in, sizeof *in);
+  if (!in)
+    return HETAB_ERR_MEMORY;
+  hetab_lookup_specular(source->table, wi, in);
+  hetab_convert_channels(source, in, value);
+  free(in);
+  return HETAB_OK;
+}

@@ -1,0 +1,301 @@
+#include "core/atomic_file.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/random.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "core/context.h"
+
+enum { MAX_LINKS = 40, NAME_TRIES = 100, TEMP_NAME = 32 };
+
+struct hetab_atomic_file {
+  char *path;   /* as the caller gave it, for messages */
+  char *target; /* the same with symbolic links followed; name points into it */
+  const char *name;
+  int directory; /* the target's; everything happens relative to it */
+  int fd;
+  int overwrite;
+  char temp[TEMP_NAME]; /* the name in the directory until published; "" while unnamed */
+};
+
+/* --- finding the target -------------------------------------------------------------------- */
+
+/* What `link`, read from the symbolic link at `path`, means; NULL without memory. */
+static char *link_target(const char *path, const char *link) {
+  const char *slash = strrchr(path, '/');
+  int directory = link[0] == '/' || !slash ? 0 : (int)(slash + 1 - path);
+  char *joined = NULL;
+  return asprintf(&joined, "%.*s%s", directory, path, link) < 0 ? NULL : joined;
+}
+
+/* Where a chain of symbolic links ends, whether or not there is a file: realpath() would insist on
+ * one. Other failures of readlink come up again, with their reason, when the directory is opened.
+ */
+static hetab_status follow_links(hetab_context *ctx, const char *path, char **out) {
+  char *target = strdup(path);
+  for (int hops = 0; target && hops < MAX_LINKS; hops++) {
+    char link[PATH_MAX];
+    ssize_t length = readlink(target, link, sizeof link - 1);
+    if (length < 0) {
+      *out = target;
+      return HETAB_OK;
+    }
+    link[length] = '\0';
+    char *next = link_target(target, link);
+    free(target);
+    target = next;
+  }
+  if (!target)
+    return hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for the name '%s'", path);
+  free(target);
+  return hetab_fail(ctx, HETAB_ERR_IO, "cannot write '%s': it is a loop of symbolic links", path);
+}
+
+/* The directory part of file->target is cut off, opened and put back. */
+static hetab_status open_directory(hetab_context *ctx, hetab_atomic_file *file) {
+  char *slash = strrchr(file->target, '/');
+  file->name = slash ? slash + 1 : file->target;
+  size_t length = slash ? (size_t)(slash - file->target) : 0;
+  char *directory = !slash ? strdup(".") : length ? strndup(file->target, length) : strdup("/");
+  if (!directory)
+    return hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for the name '%s'", file->path);
+  hetab_status status = HETAB_OK;
+  file->directory = open(directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (file->directory < 0 && errno == ENOENT)
+    status = hetab_fail(ctx, HETAB_ERR_IO,
+                        "cannot write '%s': there is no directory '%s'; create it first",
+                        file->path, directory);
+  else if (file->directory < 0)
+    status = hetab_fail(ctx, HETAB_ERR_IO, "cannot write '%s': cannot open the directory '%s': %m",
+                        file->path, directory);
+  free(directory);
+  return status;
+}
+
+static hetab_status exists(hetab_context *ctx, const hetab_atomic_file *file) {
+  return hetab_fail(ctx, HETAB_ERR_EXISTS,
+                    "'%s' exists already; choose another name or force overwriting", file->path);
+}
+
+/* *mode: that of the file to be replaced, 0 if there is none. */
+static hetab_status check_target(hetab_context *ctx, const hetab_atomic_file *file, mode_t *mode) {
+  struct stat old;
+  *mode = 0;
+  if (!*file->name)
+    return hetab_fail(ctx, HETAB_ERR_IO,
+                      "cannot write '%s': it names a directory; name a file in it", file->path);
+  if (fstatat(file->directory, file->name, &old, 0))
+    return errno == ENOENT ? HETAB_OK : hetab_atomic_fail(ctx, file, errno);
+  if (S_ISDIR(old.st_mode))
+    return hetab_fail(ctx, HETAB_ERR_IO, "cannot write '%s': it is a directory; name a file in it",
+                      file->path);
+  if (!S_ISREG(old.st_mode))
+    return hetab_fail(ctx, HETAB_ERR_IO,
+                      "cannot write '%s': it is not a regular file; choose another name",
+                      file->path);
+  if (!file->overwrite)
+    return exists(ctx, file);
+  *mode = old.st_mode & 0777;
+  return HETAB_OK;
+}
+
+/* --- temporary files ----------------------------------------------------------------------- */
+
+static void temporary_name(char name[TEMP_NAME]) {
+  unsigned long long number;
+  if (getrandom(&number, sizeof number, 0) != (ssize_t)sizeof number)
+    number = (unsigned long long)getpid();
+  snprintf(name, TEMP_NAME, ".hetab-%016llx", number);
+}
+
+/* The way in which an unnamed file is addressed when it is given its name. */
+static void descriptor_path(int fd, char path[TEMP_NAME]) {
+  snprintf(path, TEMP_NAME, "/proc/self/fd/%d", fd);
+}
+
+/* -1 where the file system has no unnamed files, or where they could not be named: no /proc. */
+static int open_unnamed(int directory) {
+  char path[TEMP_NAME];
+  int fd = openat(directory, ".", O_TMPFILE | O_RDWR | O_CLOEXEC, 0666);
+  if (fd < 0)
+    return -1;
+  descriptor_path(fd, path);
+  if (access(path, F_OK) == 0)
+    return fd;
+  close(fd);
+  return -1;
+}
+
+static int open_named(int directory, char name[TEMP_NAME]) {
+  int fd = -1;
+  for (int i = 0; i < NAME_TRIES && fd < 0; i++) {
+    temporary_name(name);
+    fd = openat(directory, name, O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, 0666);
+    if (fd < 0 && errno != EEXIST)
+      break;
+  }
+  if (fd < 0)
+    name[0] = '\0';
+  return fd;
+}
+
+/* Whatever keeps an unnamed file from being made, a named one gets the last word and the errno. */
+static hetab_status open_temporary(hetab_context *ctx, hetab_atomic_file *file, mode_t mode) {
+  file->fd = open_unnamed(file->directory);
+  if (file->fd < 0)
+    file->fd = open_named(file->directory, file->temp);
+  if (file->fd < 0)
+    return hetab_fail(ctx, HETAB_ERR_IO, "cannot write '%s': cannot create files beside it: %m",
+                      file->path);
+  if (mode && fchmod(file->fd, mode))
+    return hetab_atomic_fail(ctx, file, errno);
+  return HETAB_OK;
+}
+
+/* --- the interface ------------------------------------------------------------------------- */
+
+hetab_status hetab_atomic_create(hetab_context *ctx, const char *path, int overwrite,
+                                 hetab_atomic_file **out) {
+  hetab_status status;
+  mode_t mode;
+  *out = NULL;
+  if (!*path)
+    return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "the output's file name is empty");
+  hetab_atomic_file *file = hetab_alloc(ctx, 1, sizeof *file);
+  if (!file)
+    return HETAB_ERR_MEMORY;
+  file->directory = file->fd = -1;
+  file->overwrite = overwrite;
+  file->path = strdup(path);
+  if (!file->path)
+    HETAB_GOTO(hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for the name '%s'", path));
+  HETAB_GOTO(follow_links(ctx, path, &file->target));
+  HETAB_GOTO(open_directory(ctx, file));
+  HETAB_GOTO(check_target(ctx, file, &mode));
+  HETAB_GOTO(open_temporary(ctx, file, mode));
+  *out = file;
+  return HETAB_OK;
+done:
+  hetab_atomic_abort(file);
+  return status;
+}
+
+int hetab_atomic_fd(const hetab_atomic_file *file) {
+  return file->fd;
+}
+
+const char *hetab_atomic_path(const hetab_atomic_file *file) {
+  return file->path;
+}
+
+void hetab_atomic_start_sync(const hetab_atomic_file *file) {
+  sync_file_range(file->fd, 0, 0, SYNC_FILE_RANGE_WRITE);
+}
+
+hetab_status hetab_atomic_fail(hetab_context *ctx, const hetab_atomic_file *file, int error) {
+  int full = error == ENOSPC || error == EDQUOT;
+  errno = error;
+  return hetab_fail(ctx, HETAB_ERR_IO, "cannot write '%s': %m%s", file->path,
+                    full ? "; free some space or choose another disk" : "");
+}
+
+hetab_status hetab_atomic_write(hetab_context *ctx, hetab_atomic_file *file, const void *data,
+                                size_t size) {
+  const char *next = data;
+  while (size) {
+    ssize_t written = write(file->fd, next, size);
+    if (written < 0 && errno != EINTR)
+      return hetab_atomic_fail(ctx, file, errno);
+    if (written > 0) {
+      next += written;
+      size -= (size_t)written;
+    }
+  }
+  return HETAB_OK;
+}
+
+hetab_status hetab_atomic_reserve(hetab_context *ctx, hetab_atomic_file *file,
+                                  unsigned long long bytes) {
+  int result;
+  do
+    result = fallocate(file->fd, FALLOC_FL_KEEP_SIZE, 0, (off_t)bytes);
+  while (result && errno == EINTR);
+  if (result && (errno == ENOSPC || errno == EDQUOT || errno == EFBIG))
+    return hetab_atomic_fail(ctx, file, errno);
+  return HETAB_OK;
+}
+
+/* Gives an unnamed file `name`; -1 with EEXIST if that is taken. */
+static int link_as(const hetab_atomic_file *file, const char *name) {
+  char path[TEMP_NAME];
+  descriptor_path(file->fd, path);
+  return linkat(AT_FDCWD, path, file->directory, name, AT_SYMLINK_FOLLOW);
+}
+
+/* Moves the temporary name to the target's. Without overwrite the target must still be free:
+ * renameat2 sees to it, or a hard link where the file system does not know that flag. */
+static int rename_to_target(hetab_atomic_file *file) {
+  unsigned flags = file->overwrite ? 0 : RENAME_NOREPLACE;
+  int result = renameat2(file->directory, file->temp, file->directory, file->name, flags);
+  if (result && errno == EINVAL && !file->overwrite) {
+    result = linkat(file->directory, file->temp, file->directory, file->name, 0);
+    if (result == 0)
+      unlinkat(file->directory, file->temp, 0);
+  }
+  if (result == 0)
+    file->temp[0] = '\0';
+  return result;
+}
+
+static int publish(hetab_atomic_file *file) {
+  if (!*file->temp && link_as(file, file->name) == 0)
+    return 0;
+  if (!*file->temp && (errno != EEXIST || !file->overwrite))
+    return -1;
+  for (int i = 0; !*file->temp && i < NAME_TRIES; i++) {
+    char name[TEMP_NAME];
+    temporary_name(name);
+    if (link_as(file, name) == 0)
+      strcpy(file->temp, name);
+    else if (errno != EEXIST)
+      return -1;
+  }
+  return *file->temp ? rename_to_target(file) : -1;
+}
+
+/* The new name is on the disk only with its directory. Some file systems cannot sync one. */
+static int sync_directory(int directory) {
+  return fsync(directory) && errno != EINVAL && errno != EROFS ? -1 : 0;
+}
+
+hetab_status hetab_atomic_commit(hetab_context *ctx, hetab_atomic_file *file) {
+  hetab_status status = HETAB_OK;
+  if (fsync(file->fd))
+    status = hetab_atomic_fail(ctx, file, errno);
+  else if (publish(file))
+    status = errno == EEXIST ? exists(ctx, file) : hetab_atomic_fail(ctx, file, errno);
+  else if (sync_directory(file->directory))
+    status = hetab_atomic_fail(ctx, file, errno);
+  hetab_atomic_abort(file);
+  return status;
+}
+
+void hetab_atomic_abort(hetab_atomic_file *file) {
+  if (!file)
+    return;
+  if (*file->temp)
+    unlinkat(file->directory, file->temp, 0);
+  if (file->fd >= 0)
+    close(file->fd);
+  if (file->directory >= 0)
+    close(file->directory);
+  free(file->target);
+  free(file->path);
+  free(file);
+}

@@ -1,0 +1,35 @@
+/* Numbers as text, always with '.' whatever the locale, and the values that a quantity may take. */
+#ifndef HETAB_CORE_NUMBER_H
+#define HETAB_CORE_NUMBER_H
+
+#include <stdbool.h>
+#include "core/context.h"
+
+/* The range of a quantity, ends included, and the words that ask for a value in it. */
+typedef struct hetab_rule {
+  double min, max;
+  const char *wanted; /* "a length from 1e-9 to 1e6 um" */
+} hetab_rule;
+
+extern const hetab_rule hetab_rule_length;      /* roughness and wavelengths, um */
+extern const hetab_rule hetab_rule_slope;       /* sigma0 / tau */
+extern const hetab_rule hetab_rule_n;           /* real part of the index */
+extern const hetab_rule hetab_rule_k;           /* imaginary part */
+extern const hetab_rule hetab_rule_reflectance; /* pi * BRDF */
+extern const hetab_rule hetab_rule_brdf;        /* 1/sr */
+extern const hetab_rule hetab_rule_any;         /* any finite number */
+
+/* The whole of text as one decimal number, blanks around it allowed. Hexadecimal, "nan" and "inf"
+ * are no numbers here; what overflows comes out as infinity. */
+bool hetab_number_parse(const char *text, double *value);
+
+/* Parse and check; the messages name the text and what is wanted. */
+hetab_status hetab_number_read(hetab_context *ctx, const char *text, const hetab_rule *rule,
+                               double *value);
+hetab_status hetab_number_check(hetab_context *ctx, const hetab_rule *rule, double value);
+
+/* The fewest digits that read back as the same double, without an exponent at everyday sizes. */
+enum { HETAB_NUMBER_TEXT = 32 };
+void hetab_number_format(double value, char text[HETAB_NUMBER_TEXT]);
+
+#endif

@@ -1,0 +1,31 @@
+/* What measurements are made of, for their readers. */
+#ifndef HETAB_MEASURED_MEASUREMENTS_INTERNAL_H
+#define HETAB_MEASURED_MEASUREMENTS_INTERNAL_H
+
+#include <hetab/measurements.h>
+
+#include "core/context.h"
+
+struct hetab_measurements {
+  char *name;
+  size_t wavelengths, count;
+  double *lambda_um;       /* [wavelengths] */
+  hetab_directions *pairs; /* [count] */
+  double *values;          /* [count][wavelengths] */
+  hetab_measurements_skipped skipped;
+};
+
+/* 1/sr. Beyond it is no surface, and the sums of squares of a fit come to an end. */
+#define HETAB_MOST_BRDF 1e12
+
+/* Room for count pairs at these many wavelengths, all zero; HETAB_ERR_MEMORY if it does not fit. */
+hetab_status hetab_measurements_new(hetab_context *ctx, const char *name, size_t wavelengths,
+                                    size_t count, hetab_measurements **out);
+
+/* Checks the wavelengths, and takes out what a measurement cannot be, counting it in `skipped`:
+ * rows with a direction at or below the horizon or not a number are removed, negative and infinite
+ * values become NaN, phi is folded to [0, pi]. HETAB_ERR_RANGE if nothing is left, or
+ * a value is above HETAB_MOST_BRDF. */
+hetab_status hetab_measurements_clean(hetab_context *ctx, hetab_measurements *measurements);
+
+#endif

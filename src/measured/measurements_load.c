@@ -1,0 +1,94 @@
+/* Which reader a file of measurements gets. */
+#include <ctype.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/stat.h>
+
+#include "measured/measurement_sheet.h"
+#include "core/text.h"
+
+enum { MAX_TEXT = 256 << 20, SIGNATURE = 12 };
+
+static const char *const h5_extensions[] = {".h5", ".hdf5", NULL};
+static const char *const merl_extensions[] = {".binary", NULL};
+static const char *const brdf_extensions[] = {".brdf", NULL};
+static const char *const astm_extensions[] = {".astm", NULL};
+static const char *const csv_extensions[] = {".csv", NULL};
+
+/* The file's first bytes; zeros where it has fewer, or cannot be read: its reader says why. Of a
+ * pipe none, for its reader would miss them: it is text. */
+static void read_signature(const char *path, unsigned char signature[SIGNATURE]) {
+  struct stat about;
+  memset(signature, 0, SIGNATURE);
+  FILE *file = stat(path, &about) == 0 && S_ISREG(about.st_mode) ? fopen(path, "rbe") : NULL;
+  if (!file)
+    return;
+  (void)!fread(signature, 1, SIGNATURE, file);
+  fclose(file);
+}
+
+static bool has_line(const char *text, const char *key) {
+  size_t length = strlen(key);
+  while (text) {
+    if (strncasecmp(text, key, length) == 0 && isspace((unsigned char)text[length]))
+      return true;
+    text = strchr(text, '\n');
+    text += text != NULL;
+  }
+  return false;
+}
+
+/* Whether the first word that is in no comment is a number. */
+static bool begins_with_number(const char *text) {
+  while (*text && (isspace((unsigned char)*text) || *text == '#'))
+    text += *text == '#' ? strcspn(text, "\n") : 1;
+  return *text && strchr("+-.0123456789", *text);
+}
+
+typedef hetab_status (*text_reader)(hetab_sheet *sheet, char *text);
+
+static text_reader choose(const char *path, const char *text) {
+  if (hetab_has_extension(path, brdf_extensions))
+    return hetab_measurements_read_brdf;
+  if (hetab_has_extension(path, astm_extensions))
+    return hetab_measurements_read_astm;
+  if (hetab_has_extension(path, csv_extensions))
+    return hetab_measurements_read_csv;
+  if (has_line(text, "VARS"))
+    return hetab_measurements_read_astm;
+  return begins_with_number(text) ? hetab_measurements_read_brdf : hetab_measurements_read_csv;
+}
+
+static hetab_status read_text(hetab_sheet *sheet) {
+  char *text;
+  size_t length;
+  HETAB_TRY(hetab_text_read_up_to(sheet->ctx, sheet->path, MAX_TEXT, &text, &length));
+  hetab_status status = choose(sheet->path, text)(sheet, text);
+  free(text);
+  return status;
+}
+
+static hetab_status read_file(hetab_sheet *sheet) {
+  static const unsigned char h5[] = {0x89, 'H', 'D', 'F'}, merl[] = {90, 0, 0, 0, 90, 0, 0, 0, 180};
+  unsigned char signature[SIGNATURE];
+  read_signature(sheet->path, signature);
+  if (memcmp(signature, h5, sizeof h5) == 0 || hetab_has_extension(sheet->path, h5_extensions))
+    return hetab_measurements_read_h5(sheet);
+  if (memcmp(signature, merl, sizeof merl) == 0 ||
+      hetab_has_extension(sheet->path, merl_extensions))
+    return hetab_measurements_read_merl(sheet);
+  return read_text(sheet);
+}
+
+hetab_status hetab_measurements_load(hetab_context *ctx, const char *path,
+                                     hetab_measurements **out) {
+  hetab_sheet sheet = {.ctx = ctx, .path = path};
+  *out = NULL;
+  hetab_status status = read_file(&sheet);
+  if (status == HETAB_OK)
+    status = hetab_sheet_finish(&sheet, out);
+  hetab_sheet_clear(&sheet);
+  return status;
+}

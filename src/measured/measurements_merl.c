@@ -1,0 +1,91 @@
+/* MERL tables: 1,458,000 cells are more than a fit needs, and their incidences are all different.
+ * Here are the directions of a gonioreflectometer, interpolated between the cells' centres. */
+#include <math.h>
+
+#include <hetab/merl.h>
+
+#include "measured/measurement_sheet.h"
+#include "table/half_diff.h"
+
+enum { CHANNELS = 3, CORNERS = 8 };
+
+/* In degrees; theta_r every 2.5 so that every theta_i has its mirror direction. */
+enum { THETA_I_STEP = 10, THETA_I_END = 80, THETA_R_END = 85, PHI_STEP = 15 };
+static const double theta_r_step = 2.5;
+
+/* The cell's number along phi_d: phi_d and phi_d + pi are one (reciprocity). */
+static int wrapped(int p) {
+  p %= HETAB_MERL_PHI_D;
+  return p < 0 ? p + HETAB_MERL_PHI_D : p;
+}
+
+static int clamped(int i, int count) {
+  return i < 0 ? 0 : i < count ? i : count - 1;
+}
+
+static size_t cell_at(const int place[3]) {
+  size_t h = (size_t)clamped(place[0], HETAB_MERL_THETA_H);
+  size_t d = (size_t)clamped(place[1], HETAB_MERL_THETA_D);
+  return (h * HETAB_MERL_THETA_D + d) * HETAB_MERL_PHI_D + (size_t)wrapped(place[2]);
+}
+
+/* Linear between centres; a corner below the horizon, or without a number, leaves its weight to the
+ * others. NaN where all are. */
+static void interpolate(const hetab_merl *merl, const double place[3], double values[CHANNELS]) {
+  double sum[CHANNELS] = {0}, weights = 0;
+  for (int corner = 0; corner < CORNERS; corner++) {
+    int at[3];
+    double weight = 1;
+    for (int axis = 0; axis < 3; axis++) {
+      int up = corner >> axis & 1;
+      double low = floor(place[axis] - 0.5), fraction = place[axis] - 0.5 - low;
+      at[axis] = (int)low + up;
+      weight *= up ? fraction : 1 - fraction;
+    }
+    size_t cell = cell_at(at);
+    double corners[CHANNELS];
+    for (int c = 0; c < CHANNELS; c++)
+      corners[c] = hetab_merl_channel_const(merl, c)[cell];
+    if (!(corners[0] >= 0 && corners[1] >= 0 && corners[2] >= 0))
+      continue;
+    for (int c = 0; c < CHANNELS; c++)
+      sum[c] += weight * corners[c];
+    weights += weight;
+  }
+  for (int c = 0; c < CHANNELS; c++)
+    values[c] = weights > 0 ? sum[c] / weights : (double)NAN;
+}
+
+static hetab_status add_direction(hetab_sheet *sheet, const hetab_merl *merl, double theta_i_deg,
+                                  double theta_r_deg, double phi_deg) {
+  hetab_measured_angles angles = {theta_i_deg * M_PI / 180, 0, theta_r_deg * M_PI / 180,
+                                  phi_deg * M_PI / 180};
+  hetab_half_diff half = hetab_half_diff_of(angles.theta_i, angles.theta_r, angles.phi_r);
+  double place[3] = {HETAB_MERL_THETA_H * sqrt(half.theta_h / M_PI_2),
+                     HETAB_MERL_THETA_D * half.theta_d / M_PI_2,
+                     HETAB_MERL_PHI_D * half.phi_d / M_PI};
+  double values[CHANNELS];
+  interpolate(merl, place, values);
+  return hetab_sheet_add(sheet, &angles, values);
+}
+
+static hetab_status add_incidence(hetab_sheet *sheet, const hetab_merl *merl, double theta_i_deg) {
+  for (double theta_r = 0; theta_r <= THETA_R_END; theta_r += theta_r_step) {
+    /* At the normal every azimuth is the same direction. */
+    int first = theta_i_deg == 0 || theta_r == 0 ? 180 : 0;
+    for (int phi = first; phi <= 180; phi += PHI_STEP)
+      HETAB_TRY(add_direction(sheet, merl, theta_i_deg, theta_r, phi));
+  }
+  return HETAB_OK;
+}
+
+hetab_status hetab_measurements_read_merl(hetab_sheet *sheet) {
+  static const double lambda_um[CHANNELS] = {0.61, 0.55, 0.46}; /* red, green, blue */
+  hetab_merl *merl;
+  HETAB_TRY(hetab_merl_load(sheet->ctx, sheet->path, &merl));
+  hetab_status status = hetab_sheet_begin(sheet, lambda_um, CHANNELS);
+  for (int theta_i = 0; theta_i <= THETA_I_END && status == HETAB_OK; theta_i += THETA_I_STEP)
+    status = add_incidence(sheet, merl, theta_i);
+  hetab_merl_free(merl);
+  return status;
+}
