@@ -261,8 +261,8 @@ hetab_status hetab_h5_dataset_open(hetab_context *ctx, hid_t file, const char *p
   if (dataset < 0)
     return no_table(ctx, path, name, "is not a dataset of this file");
   HETAB_GOTO(check_storage(ctx, dataset, path, name));
-  HETAB_GOTO(check_numbers(ctx, dataset, path, name));
   HETAB_GOTO(check_rank(ctx, dataset, path, name, rank, dims));
+  HETAB_GOTO(check_numbers(ctx, dataset, path, name));
   *out = dataset;
   return HETAB_OK;
 done:
