@@ -649,18 +649,43 @@ static void test_hostile_header(void **state) {
 static void test_hostile_numbers(void **state) {
   static bytes b;
   small_table t;
-  float nan = NAN, infinite = INFINITY, negative = -1, nought = 0, zeros[VX * VY] = {0};
+  float nan = NAN, infinite = INFINITY, negative = -1, large = 3e38f, nought = 0,
+        zeros[VX * VY] = {0};
   small_table_init(&t);
   places at = assemble(t.fields, FIELDS, &b);
   refuse_patch(*state, at.data[VNDF] + 40, &nan, 4, "vndf: number 10 is nan");
   refuse_patch(*state, at.data[RGB], &infinite, 4, "rgb: number 0 is inf");
   refuse_patch(*state, at.data[LUMINANCE], &negative, 4, "luminance: number 0 is -1");
   refuse_patch(*state, at.data[SIGMA_FIELD] + 8, &nought, 4, "sigma: number 2 is 0");
+  refuse_patch(*state, at.data[RGB] + 4, &negative, 4, "rgb: number 1 is -1");
+  refuse_patch(*state, at.data[RGB], &large, 4, "rgb: 3e+38 overflows");
   refuse_patch(*state, at.data[THETA_I] + 8, &nought, 4, "theta_i: number 2");
   refuse_patch(*state, at.data[THETA_I] + 12, &infinite, 4, "theta_i");
   refuse_patch(*state, at.data[VNDF] + sizeof zeros, zeros, sizeof zeros, "vndf: slice 1");
   refuse_patch(*state, at.name[VNDF], "vodf", 4, "no field vndf");
   refuse_patch(*state, at.name[NDF_FIELD], "rgb", 3, "two fields rgb");
+}
+
+/* Noise about 0 is taken for 0 and counted. */
+static void test_negative_noise(void **state) {
+  hetab_context *ctx = *state;
+  static bytes b;
+  small_table t;
+  char path[64];
+  hetab_rgl *rgl;
+  float largest = 0;
+  small_table_init(&t);
+  places at = assemble(t.fields, FIELDS, &b);
+  for (size_t i = 0; i < sizeof t.rgb / sizeof *t.rgb; i++)
+    largest = fmaxf(largest, t.rgb[i]);
+  float noise = -0.9e-3f * largest, damage = -1.1e-3f * largest;
+  refuse_patch(ctx, at.data[RGB] + 4, &damage, 4, "rgb: number 1");
+  memcpy(b.data + at.data[RGB] + 4, &noise, 4);
+  save_bytes(&b, b.size, temporary(path));
+  assert_ok(ctx, hetab_rgl_load(ctx, path, &rgl));
+  assert_int_equal(hetab_rgl_negative(rgl), 1);
+  hetab_rgl_free(rgl);
+  unlink(path);
 }
 
 /* Fields that are well formed, but do not fit each other. */
@@ -886,22 +911,12 @@ static void test_edges(void **state) {
 }
 
 int main(void) {
-  const struct CMUnitTest tests[] = {TEST(test_mitsuba),
-                                     TEST(test_no_jacobian),
-                                     TEST(test_container),
-                                     TEST(test_round_trip),
-                                     TEST(test_samples),
-                                     TEST(test_model_source),
-                                     TEST(test_presets),
-                                     TEST(test_needle),
-                                     TEST(test_lambertian),
-                                     TEST(test_hostile_header),
-                                     TEST(test_hostile_numbers),
-                                     TEST(test_hostile_shapes),
-                                     TEST(test_corrupted),
-                                     TEST(test_no_file),
-                                     TEST(test_edges),
-                                     TEST(test_foreign),
-                                     TEST(test_dark)};
+  const struct CMUnitTest tests[] = {
+      TEST(test_mitsuba),        TEST(test_no_jacobian),     TEST(test_container),
+      TEST(test_round_trip),     TEST(test_samples),         TEST(test_model_source),
+      TEST(test_presets),        TEST(test_needle),          TEST(test_lambertian),
+      TEST(test_hostile_header), TEST(test_hostile_numbers), TEST(test_negative_noise),
+      TEST(test_hostile_shapes), TEST(test_corrupted),       TEST(test_no_file),
+      TEST(test_edges),          TEST(test_foreign),         TEST(test_dark)};
   return cmocka_run_group_tests_name("RGL tables", tests, NULL, NULL);
 }

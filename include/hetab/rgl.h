@@ -66,13 +66,17 @@ hetab_status hetab_rgl_save(hetab_context *ctx, const hetab_rgl *rgl, const char
                             int overwrite);
 /* Isotropic tables, ours or others', with either jacobian, any number of incidences, linear sRGB or
  * spectra of up to 4096 wavelengths. HETAB_ERR_PARSE naming file, field and what is wrong;
- * HETAB_ERR_UNSUPPORTED for anisotropic ones. A luminance slice of zeros samples evenly. */
+ * HETAB_ERR_UNSUPPORTED for anisotropic ones. A luminance slice of zeros samples evenly. Spectra
+ * below 0 by less than 1e-3 of the largest, as fits of measurements have them, become 0 and are
+ * counted; further below 0, or so large that values overflow: HETAB_ERR_PARSE. */
 hetab_status hetab_rgl_load(hetab_context *ctx, const char *path, hetab_rgl **out);
 void hetab_rgl_free(hetab_rgl *rgl); /* NULL is fine */
 
 /* 3 for linear sRGB, else one for each wavelength. */
 size_t hetab_rgl_channel_count(const hetab_rgl *rgl);
 const double *hetab_rgl_wavelengths_um(const hetab_rgl *rgl); /* NULL: linear sRGB */
+/* How many numbers of the file were below 0 and became 0. */
+size_t hetab_rgl_negative(const hetab_rgl *rgl);
 
 /* As the readers do it, in float: f cos(theta_o) and pdf are those of Mitsuba 3.9.1 to 2e-6, the
  * samples to 4e-5 and their densities to 2e-4 (tests/test_rgl.c). Unit vectors as in

@@ -91,6 +91,7 @@ hetab_status hetab_convert(hetab_context *ctx, const char *in, const char *out,
   report->srgb_in = !hetab_lookup_wavelengths_um(source.table);
   report->srgb_out = !source.lambda_um;
   report->filled = source.filled;
+  report->negative = hetab_lookup_negative(source.table);
   hetab_status status = write_output(ctx, &source, out, &o, report);
   if (status == HETAB_OK)
     status = hetab_convert_trial(ctx, &source, out, o.pairs ? o.pairs : 100000, o.seed, report);
