@@ -51,7 +51,7 @@ static void write_table(hetab_context *ctx, const char *path, const float *value
   double specular[BANDS * THETAS];
   hetab_surface *surface;
   hetab_grid *grid;
-  hetab_h5_writer *writer;
+  hetab_table_writer *writer;
   hetab_h5_options options = {.overwrite = 1};
   hetab_report report = {0};
   for (int i = 0; i < BANDS * THETAS; i++)
@@ -64,11 +64,11 @@ static void write_table(hetab_context *ctx, const char *path, const float *value
   assert_ok(ctx, hetab_h5_create(ctx, path, surface, grid, &options, &writer));
   for (size_t b = 0; b < BANDS; b++) {
     hetab_slab slab = {b, 0, THETAS, values + b * THETAS * SHEET};
-    assert_ok(ctx, hetab_h5_write_slab(ctx, writer, &slab));
+    assert_ok(ctx, hetab_table_write_slab(ctx, writer, &slab));
   }
-  assert_ok(ctx, hetab_h5_write_specular(ctx, writer, specular));
-  assert_ok(ctx, hetab_h5_write_report(ctx, writer, &report));
-  assert_ok(ctx, hetab_h5_commit(ctx, writer));
+  assert_ok(ctx, hetab_table_write_specular(ctx, writer, specular));
+  assert_ok(ctx, hetab_table_write_report(ctx, writer, &report));
+  assert_ok(ctx, hetab_table_commit(ctx, writer));
   hetab_grid_free(grid);
   hetab_surface_free(surface);
 }
@@ -563,7 +563,7 @@ static double brute_force(const hetab_merl *merl, double theta_i_deg) {
   for (int r = 0; r < POLAR; r++)
     for (int p = 0; p < AROUND; p++) {
       double theta_r = (r + 0.5) / POLAR * pi / 2, phi = (p + 0.5) / AROUND * 2 * pi;
-      hetab_merl_lookup(merl, theta_i_deg * pi / 180, theta_r, phi, rgb);
+      hetab_merl_lookup(merl, (hetab_directions){theta_i_deg * pi / 180, theta_r, phi}, rgb);
       sum += fmax(rgb[1], 0) * sin(theta_r) * cos(theta_r);
     }
   return sum * (pi / 2 / POLAR) * (2 * pi / AROUND);

@@ -4,7 +4,7 @@
 #define HETAB_ENGINE_H
 
 #include <stddef.h>
-#include <hetab/device.h>
+#include <hetab/devices.h>
 #include <hetab/types.h>
 
 #ifdef __cplusplus

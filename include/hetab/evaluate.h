@@ -4,7 +4,7 @@
 
 #include <stddef.h>
 #include <hetab/engine.h>
-#include <hetab/model.h>
+#include <hetab/host_model.h>
 #include <hetab/types.h>
 
 #ifdef __cplusplus

@@ -29,6 +29,12 @@ typedef struct hetab_band {
   double diffuse_brdf; /* uniform-diffuse term `a` of Eq. 9, 1/sr */
 } hetab_band;
 
+/* A pair of directions by its angles, radians from the normal; phi is the viewer's azimuth minus
+ * the light's. (Renderers' calls take unit vectors away from the surface, the normal being z.) */
+typedef struct hetab_directions {
+  double theta_i, theta_r, phi;
+} hetab_directions;
+
 /* One evaluation: everything that the model depends on. Angles in radians. */
 typedef struct hetab_point {
   double lambda_um;        /* > 0 */

@@ -28,14 +28,14 @@ hetab_status hetab_fit_bounds_check(hetab_context *ctx, const hetab_fit_options 
 
 typedef struct hetab_fit_data {
   size_t count, bands;
-  size_t *pair_of;                 /* [count] places in the measurements */
-  hetab_pair_of_directions *pairs; /* [count] */
-  size_t *band_of;                 /* [bands] places in the measurements, by wavelength */
-  double *lambda_um;               /* [bands] ascending */
-  double *measured;                /* [count][bands] */
-  double *weight;                  /* [count][bands], 0: not in the fit */
-  size_t *incidence;               /* [count] */
-  double *theta_i_deg;             /* [incidence_count] */
+  size_t *pair_of;         /* [count] places in the measurements */
+  hetab_directions *pairs; /* [count] */
+  size_t *band_of;         /* [bands] places in the measurements, by wavelength */
+  double *lambda_um;       /* [bands] ascending */
+  double *measured;        /* [count][bands] */
+  double *weight;          /* [count][bands], 0: not in the fit */
+  size_t *incidence;       /* [count] */
+  double *theta_i_deg;     /* [incidence_count] */
   size_t incidence_count;
   double scale; /* of the objective: sum w f^2, or sum w for logarithms */
   size_t values, missing, thinned;
@@ -67,7 +67,7 @@ void hetab_fit_model_clear(hetab_fit_model *model);
 void hetab_fit_model_set(hetab_fit_model *model, double sigma0_um, double tau_um, double n);
 /* f_dd, 1/sr: dd[count][bands]. */
 hetab_status hetab_fit_model_dd(hetab_context *ctx, hetab_fit_model *model,
-                                const hetab_pair_of_directions *pairs, size_t count, double *dd);
+                                const hetab_directions *pairs, size_t count, double *dd);
 /* What the bound leaves for the diffuse part at the active incidences (NULL: all):
  * room[incidence][band], infinite elsewhere. Of all, model->reflectances holds [band][incidence].
  */

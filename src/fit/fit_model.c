@@ -66,8 +66,7 @@ void hetab_fit_model_set(hetab_fit_model *model, double sigma0_um, double tau_um
 
 /* Columns as kernels/tables.h orders them; the specular term is left at nothing. */
 static void fill_pair(const hetab_surface *surface, const hetab_wave *waves,
-                      const hetab_pair_of_directions *p, size_t first, size_t stride,
-                      double *columns) {
+                      const hetab_directions *p, size_t first, size_t stride, double *columns) {
   double tau_2sigma = surface->tau_um / (2 * surface->sigma0_um);
   hetab_direction in = hetab_direction_at(p->theta_i, tau_2sigma);
   hetab_direction out = hetab_direction_at(p->theta_r, tau_2sigma);
@@ -121,7 +120,7 @@ done:
 }
 
 hetab_status hetab_fit_model_dd(hetab_context *ctx, hetab_fit_model *model,
-                                const hetab_pair_of_directions *pairs, size_t count, double *dd) {
+                                const hetab_directions *pairs, size_t count, double *dd) {
   const hetab_surface *surface = model->surface;
   hetab_wave waves[HETAB_FIT_MOST_BANDS];
   size_t bands = surface->count, batch = BATCH / bands;

@@ -1,5 +1,5 @@
 /* The model on the host as the library offers it. */
-#include <hetab/model.h>
+#include <hetab/host_model.h>
 
 #include "core/context.h"
 #include "model/limits.h"

@@ -93,11 +93,11 @@ hetab_heights_kind hetab_heights_kind_of(const hetab_heights *heights) {
   return heights->kind;
 }
 
-size_t hetab_heights_columns(const hetab_heights *heights) {
+size_t hetab_heights_column_count(const hetab_heights *heights) {
   return heights->columns;
 }
 
-size_t hetab_heights_rows(const hetab_heights *heights) {
+size_t hetab_heights_row_count(const hetab_heights *heights) {
   return heights->rows;
 }
 

@@ -1,6 +1,6 @@
 /* Output files, each of which appears whole or not at all. */
-#ifndef HETAB_OUTPUT_H
-#define HETAB_OUTPUT_H
+#ifndef HETAB_OUTPUT_FILE_H
+#define HETAB_OUTPUT_FILE_H
 
 #include <stddef.h>
 #include <hetab/status.h>

@@ -1,6 +1,6 @@
 /* The model on the host, in double: no device needed. */
-#ifndef HETAB_MODEL_H
-#define HETAB_MODEL_H
+#ifndef HETAB_HOST_MODEL_H
+#define HETAB_HOST_MODEL_H
 
 #include <stddef.h>
 #include <hetab/surface.h>

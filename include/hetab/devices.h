@@ -1,6 +1,6 @@
 /* OpenCL devices. */
-#ifndef HETAB_DEVICE_H
-#define HETAB_DEVICE_H
+#ifndef HETAB_DEVICES_H
+#define HETAB_DEVICES_H
 
 #include <stddef.h>
 #include <hetab/status.h>
@@ -27,8 +27,8 @@ hetab_status hetab_device_list(hetab_context *ctx, hetab_device_info **list, siz
  * tens of milliseconds that reading inputs and laying out files can overlap. Never fails (NULL: no
  * thread); what goes wrong shows in hetab_engine_create. Finish it before the process exits. */
 typedef struct hetab_preload hetab_preload;
-hetab_preload *hetab_preload_start(void);
-void hetab_preload_finish(hetab_preload *preload); /* waits for the thread; NULL is fine */
+hetab_preload *hetab_preload_create(void);
+void hetab_preload_free(hetab_preload *preload); /* waits for the thread; NULL is fine */
 
 #ifdef __cplusplus
 }
