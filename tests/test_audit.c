@@ -220,7 +220,7 @@ static double by_sampling(const hetab_merl *merl, double theta_i) {
     for (int p = 0; p < STRATA; p++) {
       double theta_r = asin(sqrt((r + hetab_random_unit(&seed)) / STRATA));
       double phi = 2 * pi * (p + hetab_random_unit(&seed)) / STRATA;
-      hetab_merl_lookup(merl, theta_i, theta_r, phi, rgb);
+      hetab_merl_lookup(merl, (hetab_directions){theta_i, theta_r, phi}, rgb);
       sum += fmax(rgb[1], 0);
     }
   return pi * sum / STRATA / STRATA;
