@@ -70,6 +70,8 @@ void hetab_lookup_free(hetab_lookup *table); /* NULL is fine */
 size_t hetab_lookup_channel_count(const hetab_lookup *table);
 /* [channels], um, ascending; NULL for linear sRGB. */
 const double *hetab_lookup_wavelengths_um(const hetab_lookup *table);
+/* How many numbers of a .bsdf were a little below 0 and became 0 (see hetab_rgl_load()). */
+size_t hetab_lookup_negative(const hetab_lookup *table);
 
 /* value[channels]; all 0 if either direction is not above the horizon. */
 void hetab_lookup_eval(const hetab_lookup *table, const float wi[3], const float wo[3],

@@ -172,6 +172,10 @@ size_t hetab_lookup_channel_count(const hetab_lookup *table) {
   return table->channels;
 }
 
+size_t hetab_lookup_negative(const hetab_lookup *table) {
+  return table->rgl ? hetab_rgl_negative(table->rgl) : 0;
+}
+
 const double *hetab_lookup_wavelengths_um(const hetab_lookup *table) {
   return table->lambda_um;
 }
