@@ -25,7 +25,7 @@ int main(int argc, char **argv) {
       puts(hetab_error_message(ctx));
       return 1;
     }
-    if (hetab_lookup_channels(table) != 3)
+    if (hetab_lookup_channel_count(table) != 3)
       return 1;
     hetab_lookup_eval(table, wi, mirror, value);
     hetab_lookup_specular(table, wi, rho_s);

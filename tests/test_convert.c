@@ -93,7 +93,7 @@ static judged judge(hetab_context *ctx, const char *path, int truncating) {
   judged j = {0};
   double sum = 0;
   assert_ok(ctx, hetab_lookup_open(ctx, path, HETAB_LOOKUP_INTERPOLATE, &table));
-  assert_int_equal(hetab_lookup_channels(table), 3);
+  assert_int_equal(hetab_lookup_channel_count(table), 3);
   if (truncating)
     assert_ok(ctx, hetab_merl_load(ctx, path, &merl));
   for (int i = 0; i < INCIDENCES; i++)
@@ -126,7 +126,7 @@ static judged judge(hetab_context *ctx, const char *path, int truncating) {
       truth(wi, wo, expected);
       hetab_lookup_eval(table, wif, wof, value);
       if (merl)
-        hetab_merl_lookup(merl, theta_i, acos(wo[2]), atan2(wo[1], wo[0]), rgb);
+        hetab_merl_lookup(merl, (hetab_directions){theta_i, acos(wo[2]), atan2(wo[1], wo[0])}, rgb);
       for (int c = 0; c < 3; c++) {
         double got = merl ? fmax(rgb[c], 0) : (double)value[c];
         j.bad += !(got >= 0 && isfinite(got));
@@ -300,16 +300,16 @@ static hetab_grid *new_grid(hetab_context *ctx) {
 static void save_spectral(hetab_context *ctx, const char *path, const hetab_surface *surface,
                           hetab_engine *engine) {
   hetab_grid *grid = new_grid(ctx);
-  hetab_h5_writer *writer;
+  hetab_table_writer *writer;
   const hetab_h5_options options = {.overwrite = 1};
   double rho[31 * 31];
   assert_ok(ctx, hetab_h5_create(ctx, path, surface, grid, &options, &writer));
   assert_ok(ctx,
-            hetab_tabulate(ctx, engine, surface, grid, NULL, hetab_h5_write_slab, writer, NULL));
+            hetab_tabulate(ctx, engine, surface, grid, NULL, hetab_table_write_slab, writer, NULL));
   assert_ok(ctx,
             hetab_specular_reflectance(ctx, surface, hetab_grid_deg(grid, HETAB_THETA_I), 31, rho));
-  assert_ok(ctx, hetab_h5_write_specular(ctx, writer, rho));
-  assert_ok(ctx, hetab_h5_commit(ctx, writer));
+  assert_ok(ctx, hetab_table_write_specular(ctx, writer, rho));
+  assert_ok(ctx, hetab_table_commit(ctx, writer));
   hetab_grid_free(grid);
 }
 
@@ -319,8 +319,8 @@ static double specular_difference(hetab_context *ctx, const char *a, const char 
   double worst = 0;
   assert_ok(ctx, hetab_lookup_open(ctx, a, HETAB_LOOKUP_NEAREST, &tables[0]));
   assert_ok(ctx, hetab_lookup_open(ctx, b, HETAB_LOOKUP_NEAREST, &tables[1]));
-  size_t channels = hetab_lookup_channels(tables[0]);
-  assert_int_equal(channels, hetab_lookup_channels(tables[1]));
+  size_t channels = hetab_lookup_channel_count(tables[0]);
+  assert_int_equal(channels, hetab_lookup_channel_count(tables[1]));
   for (int deg = 0; deg <= 85; deg++) {
     float wi[3] = {(float)sin(deg * M_PI / 180), 0, (float)cos(deg * M_PI / 180)}, rho[2][31];
     for (int t = 0; t < 2; t++)
@@ -336,7 +336,7 @@ static double specular_difference(hetab_context *ctx, const char *a, const char 
 static void check_wavelengths(hetab_context *ctx, const char *path, const double *expected) {
   hetab_lookup *table;
   assert_ok(ctx, hetab_lookup_open(ctx, path, HETAB_LOOKUP_NEAREST, &table));
-  assert_int_equal(hetab_lookup_channels(table), 31);
+  assert_int_equal(hetab_lookup_channel_count(table), 31);
   for (int b = 0; b < 31; b++)
     assert_true(fabs(hetab_lookup_wavelengths_um(table)[b] - expected[b]) < 1e-6);
   hetab_lookup_free(table);
@@ -408,7 +408,7 @@ static void test_srgb_h5(void **state) {
   assert_ok(ctx, hetab_h5_open_any(ctx, path, &table));
   assert_int_equal(hetab_h5_wavelength_count(table), 3);
   assert_null(hetab_h5_wavelengths_um(table));
-  hetab_h5_close(table);
+  hetab_h5_free(table);
 }
 
 /* ---- refusals ------------------------------------------------------------------------------- */

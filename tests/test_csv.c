@@ -196,16 +196,20 @@ static void read_noise(text_fixture *f, const char *text, size_t length, int way
 
 /* Good tables with bytes changed, put in and cut off: 30,000 of them, some from files. */
 static void test_noise(void **state) {
-  static const char *const seeds[] = {
-      "# a\nx_um,z_um\n0,1\n0.5,\"2\"\n", "Kopf;1\nx;z\nmm;um\n0,5;1\n1,5;2\n", "1 2 3\n4 5 6\n",
-      "\xFF\xFEx\0_\0u\0m\0\n\0\x31\0\n\0", "x_\xB5m\tz_nm\r\n1\t2\r\n"};
-  static const size_t lengths[] = {30, 34, 12, 16, 22};
+#define SEED(text)                                                                                 \
+  { text, sizeof text - 1 }
+  static const struct {
+    const char *text;
+    size_t length;
+  } seeds[] = {SEED("# a\nx_um,z_um\n0,1\n0.5,\"2\"\n"), SEED("Kopf;1\nx;z\nmm;um\n0,5;1\n1,5;2\n"),
+               SEED("1 2 3\n4 5 6\n"), SEED("\xFF\xFEx\0_\0u\0m\0\n\0\x31\0\n\0"),
+               SEED("x_\xB5m\tz_nm\r\n1\t2\r\n")};
   static const char marks[] = "\"#,;\t \n\r\0\xFF.-1xz";
   uint64_t random = 1;
   for (int trial = 0; trial < 30000; trial++) {
     char text[256];
-    size_t seed = (size_t)trial % 5, length = lengths[seed];
-    memcpy(text, seeds[seed], length);
+    size_t seed = (size_t)trial % 5, length = seeds[seed].length;
+    memcpy(text, seeds[seed].text, length);
     for (int change = 0; change < 1 + trial % 7; change++) {
       random = random * 6364136223846793005u + 1442695040888963407u;
       size_t at = (random >> 33) % length;

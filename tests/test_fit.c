@@ -26,28 +26,27 @@ static double normal(uint64_t *state) {
 }
 
 /* Four incidences in the plane, theta_r -80 to 80 degrees in steps of 2. */
-static void fill_pairs(hetab_pair_of_directions *pairs) {
+static void fill_pairs(hetab_directions *pairs) {
   for (size_t t = 0; t < INCIDENCES; t++)
     for (size_t v = 0; v < VIEWS; v++) {
       double theta_r = -80 + 2 * (double)v;
-      pairs[t * VIEWS + v] = (hetab_pair_of_directions){
-          incidences[t] * M_PI / 180, fabs(theta_r) * M_PI / 180, theta_r > 0 ? M_PI : 0};
+      pairs[t * VIEWS + v] = (hetab_directions){incidences[t] * M_PI / 180,
+                                                fabs(theta_r) * M_PI / 180, theta_r > 0 ? M_PI : 0};
     }
 }
 
 enum { HEMISPHERE = 8 * 10 * 18 };
 
 /* As a gonioreflectometer does: incidences 10 to 80 degrees, ten rings, 18 azimuths. */
-static void fill_hemisphere(hetab_pair_of_directions *pairs) {
+static void fill_hemisphere(hetab_directions *pairs) {
   static const double rings[] = {0, 8.11, 16.26, 24.49, 32.86, 41.41, 50.21, 59.34, 68.90, 79.05};
   for (size_t i = 0; i < HEMISPHERE; i++)
-    pairs[i] =
-        (hetab_pair_of_directions){(double)(10 * (1 + i / 180)) * M_PI / 180,
-                                   rings[i / 18 % 10] * M_PI / 180, (double)(i % 18) * M_PI / 17};
+    pairs[i] = (hetab_directions){(double)(10 * (1 + i / 180)) * M_PI / 180,
+                                  rings[i / 18 % 10] * M_PI / 180, (double)(i % 18) * M_PI / 17};
 }
 
 static double literal_at(hetab_context *ctx, const truth *t, double lambda_um,
-                         const hetab_pair_of_directions *pair) {
+                         const hetab_directions *pair) {
   hetab_point point = {.lambda_um = lambda_um,
                        .theta_i = pair->theta_i,
                        .theta_r = pair->theta_r,
@@ -62,7 +61,7 @@ static double literal_at(hetab_context *ctx, const truth *t, double lambda_um,
 
 static hetab_measurements *measure_pairs(hetab_context *ctx, const truth *t,
                                          const double *lambda_um, size_t bands,
-                                         const hetab_pair_of_directions *pairs, size_t count) {
+                                         const hetab_directions *pairs, size_t count) {
   uint64_t state = t->seed + 1;
   double *values = calloc(count * bands, sizeof *values);
   hetab_measurements *m;
@@ -77,7 +76,7 @@ static hetab_measurements *measure_pairs(hetab_context *ctx, const truth *t,
 
 static hetab_measurements *measure(hetab_context *ctx, const truth *t, const double *lambda_um,
                                    size_t bands) {
-  hetab_pair_of_directions pairs[PAIRS];
+  hetab_directions pairs[PAIRS];
   fill_pairs(pairs);
   return measure_pairs(ctx, t, lambda_um, bands, pairs, PAIRS);
 }
@@ -139,7 +138,7 @@ static void check_starts(const hetab_fit *fit, size_t starts) {
 
 static void check_preset(hetab_context *ctx, hetab_engine *engine, size_t i,
                          hetab_fit_weights weights) {
-  static hetab_pair_of_directions pairs[HEMISPHERE];
+  static hetab_directions pairs[HEMISPHERE];
   truth t = preset_truth(ctx, i);
   fill_hemisphere(pairs);
   hetab_measurements *m = measure_pairs(ctx, &t, &green_um, 1, pairs, HEMISPHERE);
@@ -299,7 +298,7 @@ static void test_exact(void **state) {
 static double energy_error(const hetab_fit *fit, const hetab_measurements *m) {
   double squares = 0, scale = 0;
   for (size_t i = 0; i < PAIRS; i++) {
-    const hetab_pair_of_directions *p = &hetab_measurements_pairs(m)[i];
+    const hetab_directions *p = &hetab_measurements_pairs(m)[i];
     double r = p->theta_r * 180 / M_PI, f = hetab_measurements_values(m)[i];
     double below = r < 1 ? 0 : r - 1, above = r > 79 ? 90 : r + 1;
     double omega = 2 * M_PI * (cos(below * M_PI / 180) - cos(above * M_PI / 180)) / (r < 1 ? 1 : 2);
@@ -500,9 +499,9 @@ static void test_two_minima(void **state) {
   truth t = preset_truth(ctx, 1);
   t.diffuse[0] = 0;
   t.noise = 1e-3;
-  hetab_pair_of_directions pairs[6];
+  hetab_directions pairs[6];
   for (size_t i = 0; i < 6; i++)
-    pairs[i] = (hetab_pair_of_directions){0.3, 0.8, M_PI};
+    pairs[i] = (hetab_directions){0.3, 0.8, M_PI};
   hetab_measurements *m = measure_pairs(ctx, &t, &green_um, 1, pairs, 6);
   hetab_fit_options o = slope_and_a(&t);
   o.parameters[HETAB_FIT_DIFFUSE].free = 0;
@@ -726,8 +725,8 @@ static void test_bad_measurements(void **state) {
   truth t = preset_truth(ctx, 0);
   const hetab_fit_options o = slope_and_a(&t);
   const double nan = (double)NAN, lambda_um[] = {0.55, 0.9};
-  const hetab_pair_of_directions pairs[] = {{0.1, 0.2, 3}, {0.2, 0.3, 3}, {0.1, 0.4, 3},
-                                            {0.1, 0.5, 3}, {0.1, 1.7, 3}, {1.6, 0.1, 3}};
+  const hetab_directions pairs[] = {{0.1, 0.2, 3}, {0.2, 0.3, 3}, {0.1, 0.4, 3},
+                                    {0.1, 0.5, 3}, {0.1, 1.7, 3}, {1.6, 0.1, 3}};
   const double missing[12] = {nan, nan, nan, nan, nan, nan, nan, nan, nan, nan, nan, nan};
   const double negative[12] = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
   const double zero[12] = {0}, some[12] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};

@@ -126,7 +126,7 @@ static void batches_equal_single_calls(void **state) {
   for (int wide = 0; wide < 2; wide++) {
     hetab_surface *surface = surface_of(ctx, "NGGAL", seven_um, wide ? 7 : 2);
     hetab_lookup *table = h5_table(ctx, surface);
-    size_t channels = hetab_lookup_channels(table);
+    size_t channels = hetab_lookup_channel_count(table);
     assert_int_equal(channels, wide ? 7 : 2);
     assert_true(hetab_lookup_wavelengths_um(table)[1] == seven_um[1]);
     pair_list *p = malloc(sizeof *p);
@@ -179,12 +179,12 @@ static void nearest_is_the_files_own_number(void **state) {
     size_t p = (size_t)lround(phi * 180 / M_PI);
     assert_near("HDF5", (double)value[1], band[(i * 90 + r) * 181 + p], 1e-6);
     hetab_lookup_eval(merl, wi, wo, value);
-    hetab_merl_lookup(cells, theta_i, theta_r, phi, expected);
+    hetab_merl_lookup(cells, (hetab_directions){theta_i, theta_r, phi}, expected);
     assert_near("MERL", (double)value[2], fmax(expected[2], 0), 1e-6);
   }
   free(band);
   hetab_merl_free(cells);
-  hetab_h5_close(nodes);
+  hetab_h5_free(nodes);
   hetab_lookup_free(merl);
   hetab_lookup_free(h5);
   hetab_surface_free(surface);
@@ -479,9 +479,9 @@ static void read_cell(const void *user, const float wi[3], const float wo[3], fl
   double theta_i = acos(fmin((double)wi[2], 1)), theta_r = acos(fmin((double)wo[2], 1)), rgb[3];
   double phi = atan2((double)wo[1], (double)wo[0]) - atan2((double)wi[1], (double)wi[0]);
   if (reader->merl)
-    hetab_merl_lookup(reader->merl, theta_i, theta_r, phi, rgb);
+    hetab_merl_lookup(reader->merl, (hetab_directions){theta_i, theta_r, phi}, rgb);
   else
-    model_at_centre(reader->model, hetab_merl_cell(theta_i, theta_r, phi), rgb);
+    model_at_centre(reader->model, hetab_merl_cell((hetab_directions){theta_i, theta_r, phi}), rgb);
   for (int c = 0; c < 3; c++)
     value[c] = (float)fmax(rgb[c], 0);
 }
@@ -583,11 +583,11 @@ static void rgl_tables_open_too(void **state) {
   hetab_rgl_options options = {.bands = HETAB_RGL_RGB, .table_error = 0.05};
   hetab_rgl_report report;
   hetab_rgl *rgl;
-  assert_ok(ctx, hetab_rgl_tabulate(ctx, surface, &options, &rgl, &report));
+  assert_ok(ctx, hetab_tabulate_rgl(ctx, surface, &options, &rgl, &report));
   assert_ok(ctx, hetab_rgl_save(ctx, rgl, "t.bsdf", 0));
   save_specular_csv(ctx, surface, "t.specular.csv");
   hetab_lookup *table = open_table(ctx, "t.bsdf", HETAB_LOOKUP_INTERPOLATE);
-  assert_int_equal(hetab_lookup_channels(table), 3);
+  assert_int_equal(hetab_lookup_channel_count(table), 3);
   assert_null(hetab_lookup_wavelengths_um(table));
   uint64_t random = 1;
   lookup_error e = error_at(look_up_table, table, &m, 0.7, 300, &random);

@@ -39,12 +39,12 @@ static hetab_measurements *load_text(text_fixture *f, const char *name, const ch
 }
 
 static double value(const hetab_measurements *m, size_t pair, size_t band) {
-  return hetab_measurements_values(m)[pair * hetab_measurements_wavelengths(m) + band];
+  return hetab_measurements_values(m)[pair * hetab_measurements_wavelength_count(m) + band];
 }
 
 static void assert_shape(const hetab_measurements *m, size_t count, size_t wavelengths) {
-  assert_int_equal(hetab_measurements_count(m), count);
-  assert_int_equal(hetab_measurements_wavelengths(m), wavelengths);
+  assert_int_equal(hetab_measurements_pair_count(m), count);
+  assert_int_equal(hetab_measurements_wavelength_count(m), wavelengths);
 }
 
 static void assert_near(double value, double expected, double error) {
@@ -59,17 +59,17 @@ static int is_there(const char *folder) {
 /* ---- one set of numbers, three formats ----------------------------------------------------- */
 
 static void assert_identical(const hetab_measurements *a, const hetab_measurements *b) {
-  size_t count = hetab_measurements_count(a), bands = hetab_measurements_wavelengths(a);
+  size_t count = hetab_measurements_pair_count(a), bands = hetab_measurements_wavelength_count(a);
   assert_shape(b, count, bands);
   assert_memory_equal(hetab_measurements_lambda_um(a), hetab_measurements_lambda_um(b),
                       bands * sizeof(double));
   assert_memory_equal(hetab_measurements_pairs(a), hetab_measurements_pairs(b),
-                      count * sizeof(hetab_pair_of_directions));
+                      count * sizeof(hetab_directions));
   assert_memory_equal(hetab_measurements_values(a), hetab_measurements_values(b),
                       count * bands * sizeof(double));
 }
 
-static double formula(const hetab_pair_of_directions *p, size_t band) {
+static double formula(const hetab_directions *p, size_t band) {
   double x = sin(p->theta_r) * cos(p->phi) + sin(p->theta_i), y = sin(p->theta_r) * sin(p->phi);
   return 0.01 * (double)(band + 1) + 0.8 * exp(-25 * (x * x + y * y));
 }
@@ -121,12 +121,11 @@ static void test_paint_in_both_formats(void **state) {
 /* ---- the mirror direction ------------------------------------------------------------------ */
 
 /* The brightest view of an incidence at a wavelength. */
-static hetab_pair_of_directions brightest(const hetab_measurements *m, double theta_i,
-                                          size_t band) {
-  const hetab_pair_of_directions *pairs = hetab_measurements_pairs(m);
-  hetab_pair_of_directions best = {0};
+static hetab_directions brightest(const hetab_measurements *m, double theta_i, size_t band) {
+  const hetab_directions *pairs = hetab_measurements_pairs(m);
+  hetab_directions best = {0};
   double most = -1;
-  for (size_t i = 0; i < hetab_measurements_count(m); i++)
+  for (size_t i = 0; i < hetab_measurements_pair_count(m); i++)
     if (fabs(pairs[i].theta_i - theta_i) < 0.01 && value(m, i, band) > most) {
       most = value(m, i, band);
       best = pairs[i];
@@ -139,7 +138,7 @@ static hetab_pair_of_directions brightest(const hetab_measurements *m, double th
 static void check_lobes(const text_fixture *f, const char *name, double most_off_specular) {
   hetab_measurements *m = load_from(f, measured, name);
   for (int deg = 20; deg <= 80; deg += 10) {
-    hetab_pair_of_directions peak = brightest(m, deg * pi / 180, 30);
+    hetab_directions peak = brightest(m, deg * pi / 180, 30);
     assert_near(peak.phi, pi, 1e-3);
     double off_specular = peak.theta_r * 180 / pi - deg;
     assert_true(off_specular > -5 && off_specular < most_off_specular);
@@ -167,7 +166,7 @@ static void test_azimuths_fold(void **state) {
   hetab_measurements *m = load_text(f, "folds.brdf", rows);
   assert_shape(m, 8, 1);
   for (size_t i = 0; i < 8; i++) {
-    hetab_pair_of_directions pair = hetab_measurements_pairs(m)[i];
+    hetab_directions pair = hetab_measurements_pairs(m)[i];
     assert_near(pair.theta_i, 0.5, 0);
     assert_near(pair.theta_r, 0.5, 0);
     assert_near(pair.phi, i < 6 ? pi : i == 6 ? 1 : 0, 1e-6);
@@ -277,7 +276,7 @@ static void unit_vector(double theta, double phi, double v[3]) {
 }
 
 /* Half and difference angles from vectors, by another way than the library's. */
-static void half_angles(const hetab_pair_of_directions *pair, double *theta_h, double *theta_d,
+static void half_angles(const hetab_directions *pair, double *theta_h, double *theta_d,
                         double *phi_d) {
   double l[3], v[3], h[3], n_in_plane[3], l_in_plane[3], length = 0, dot_n = 0, dot_l = 0, a = 0;
   double nn = 0, ll = 0;
@@ -317,8 +316,8 @@ static void test_merl_is_sampled(void **state) {
   assert_shape(m, 3579, 3);
   size_t mirrors = 0;
   double worst = 0;
-  for (size_t i = 0; i < hetab_measurements_count(m); i++) {
-    const hetab_pair_of_directions *pair = &hetab_measurements_pairs(m)[i];
+  for (size_t i = 0; i < hetab_measurements_pair_count(m); i++) {
+    const hetab_directions *pair = &hetab_measurements_pairs(m)[i];
     double theta_h, theta_d, phi_d;
     half_angles(pair, &theta_h, &theta_d, &phi_d);
     mirrors += fabs(pair->theta_i - pair->theta_r) < 1e-9 && fabs(pair->phi - pi) < 1e-9;
@@ -357,7 +356,7 @@ static void write_table(const text_fixture *f, const char *path) {
   hetab_grid *grid = make_grid(f);
   hetab_surface *surface = make_surface(f);
   hetab_engine *engine;
-  hetab_h5_writer *writer;
+  hetab_table_writer *writer;
   hetab_report report;
   double rho_s[2 * 19] = {0};
   hetab_h5_options options = {.element = HETAB_DOUBLE, .slabs = HETAB_DOUBLE};
@@ -365,16 +364,16 @@ static void write_table(const text_fixture *f, const char *path) {
   assert_ok(f, hetab_engine_create(f->ctx, &literal, &engine));
   assert_ok(f, hetab_h5_create(f->ctx, path, surface, grid, &options, &writer));
   assert_ok(f, hetab_tabulate(f->ctx, engine, surface, grid, &(hetab_tabulate_options){0},
-                              hetab_h5_write_slab, writer, &report));
-  assert_ok(f, hetab_h5_write_specular(f->ctx, writer, rho_s));
-  assert_ok(f, hetab_h5_commit(f->ctx, writer));
+                              hetab_table_write_slab, writer, &report));
+  assert_ok(f, hetab_table_write_specular(f->ctx, writer, rho_s));
+  assert_ok(f, hetab_table_commit(f->ctx, writer));
   hetab_engine_free(engine);
   hetab_surface_free(surface);
   hetab_grid_free(grid);
 }
 
 static void assert_model(const text_fixture *f, const hetab_measurements *m, size_t i) {
-  const hetab_pair_of_directions *pair = &hetab_measurements_pairs(m)[i];
+  const hetab_directions *pair = &hetab_measurements_pairs(m)[i];
   hetab_point point = {0, pair->theta_i, pair->theta_r, pair->phi, 0.5, 5, 1.1, 6, 0};
   for (size_t b = 0; b < 2; b++) {
     hetab_value expected;
@@ -391,14 +390,14 @@ static void test_h5_is_thinned(void **state) {
   write_table(f, path);
   hetab_measurements *m = load(f, path);
   size_t mirrors = 0;
-  for (size_t i = 0; i < hetab_measurements_count(m); i++) {
-    const hetab_pair_of_directions *pair = &hetab_measurements_pairs(m)[i];
+  for (size_t i = 0; i < hetab_measurements_pair_count(m); i++) {
+    const hetab_directions *pair = &hetab_measurements_pairs(m)[i];
     mirrors += fabs(pair->theta_i - pair->theta_r) < 1e-9 && fabs(pair->phi - pi) < 1e-9;
     assert_model(f, m, i);
   }
   /* 10 x 28 x 13 less what is at the horizon, and the normal's other azimuths */
   assert_int_equal(mirrors, 9);
-  assert_int_equal(hetab_measurements_count(m), 27 + 8 * (1 + 26 * 13));
+  assert_int_equal(hetab_measurements_pair_count(m), 27 + 8 * (1 + 26 * 13));
   assert_int_equal(hetab_measurements_skipped_of(m).below_horizon, 1 + 8 * 13 + 1 + 27 * 13);
   hetab_measurements_free(m);
 }

@@ -347,8 +347,8 @@ static void test_lookup(void **state) {
                          .tau_um = 2};
     double rgb[3], low = 1e300, high = 0;
     hetab_value value;
-    size_t cell = hetab_merl_cell(point.theta_i, point.theta_r, point.phi);
-    hetab_merl_lookup(merl, point.theta_i, point.theta_r, point.phi, rgb);
+    size_t cell = hetab_merl_cell((hetab_directions){point.theta_i, point.theta_r, point.phi});
+    hetab_merl_lookup(merl, (hetab_directions){point.theta_i, point.theta_r, point.phi}, rgb);
     assert_ok(*state, hetab_evaluate_literal(*state, &point, 1, &value));
     for (int corner = 0; corner < 8; corner++) {
       directions d = cell_directions(cell, corner & 1, corner >> 1 & 1, corner >> 2);
@@ -397,8 +397,8 @@ static double cone_energy(const hetab_merl *with, const hetab_merl *without, dou
       if (i_h <= 0 || r[2] <= 0)
         continue;
       double theta_r = atan2(hypot(r[0], r[1]), r[2]), phi = atan2(r[1], r[0]);
-      hetab_merl_lookup(with, theta_i, theta_r, phi, table);
-      hetab_merl_lookup(without, theta_i, theta_r, phi, bare);
+      hetab_merl_lookup(with, (hetab_directions){theta_i, theta_r, phi}, table);
+      hetab_merl_lookup(without, (hetab_directions){theta_i, theta_r, phi}, bare);
       if (table[0] >= 0)
         sum += (table[0] - bare[0]) * r[2] * 4 * i_h * sin(t);
     }

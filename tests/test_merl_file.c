@@ -126,7 +126,7 @@ static void test_cells_of_random_directions(void **state) {
   for (int n = 0; n < 100000; n++) {
     double theta_i = uniform(&seed) * pi / 2, theta_r = uniform(&seed) * pi / 2;
     double azimuth = uniform(&seed) * 2 * pi, phi = (uniform(&seed) - 0.5) * 4 * pi;
-    size_t cell = hetab_merl_cell(theta_i, theta_r, phi);
+    size_t cell = hetab_merl_cell((hetab_directions){theta_i, theta_r, phi});
     long double at[3];
     position(theta_i, theta_r, azimuth, phi, at);
     if (!agrees(cell / 16200, at[0], 90) || !agrees(cell / 180 % 90, at[1], 90) ||
@@ -138,7 +138,7 @@ static void test_cells_of_random_directions(void **state) {
 
 static void assert_cell(double theta_i, double theta_r, double phi, size_t h, size_t d, size_t p) {
   double deg = pi / 180;
-  assert_int_equal(hetab_merl_cell(theta_i * deg, theta_r * deg, phi * deg),
+  assert_int_equal(hetab_merl_cell((hetab_directions){theta_i * deg, theta_r * deg, phi * deg}),
                    (h * 90 + d) * 180 + p);
 }
 
@@ -157,8 +157,8 @@ static void test_cells_of_special_directions(void **state) {
   assert_cell(0, 61, 0, (size_t)sqrt(30.5 * 90), 30, 179);
   assert_cell(90, 90, 180, 0, 89, 0);
   assert_cell(90, 90, 0, 89, 0, 0);
-  assert_true(hetab_merl_cell(NAN, 1, 1) < HETAB_MERL_CELLS);
-  assert_true(hetab_merl_cell(1, 1, INFINITY) < HETAB_MERL_CELLS);
+  assert_true(hetab_merl_cell((hetab_directions){NAN, 1, 1}) < HETAB_MERL_CELLS);
+  assert_true(hetab_merl_cell((hetab_directions){1, 1, INFINITY}) < HETAB_MERL_CELLS);
 }
 
 static void test_lookup(void **state) {
@@ -168,8 +168,8 @@ static void test_lookup(void **state) {
   for (int n = 0; n < 1000; n++) {
     double theta_i = uniform(&seed) * pi / 2, theta_r = uniform(&seed) * pi / 2;
     double phi = uniform(&seed) * pi, rgb[3];
-    size_t cell = hetab_merl_cell(theta_i, theta_r, phi);
-    hetab_merl_lookup(merl, theta_i, theta_r, phi, rgb);
+    size_t cell = hetab_merl_cell((hetab_directions){theta_i, theta_r, phi});
+    hetab_merl_lookup(merl, (hetab_directions){theta_i, theta_r, phi}, rgb);
     for (int c = 0; c < 3; c++)
       assert_true(rgb[c] == value_at(c, cell / 16200, cell / 180 % 90, cell % 180));
   }

@@ -253,11 +253,11 @@ enum { VIEWS = 36 };
 /* The model at another roughness, in the plane and across it. */
 static hetab_measurements *make_measurements(const fixture *f, double sigma0_um, double factor) {
   static const double lambda_um[] = {0.5, 0.6};
-  hetab_pair_of_directions pairs[VIEWS];
+  hetab_directions pairs[VIEWS];
   double values[VIEWS][2];
   hetab_measurements *m;
   for (int i = 0; i < VIEWS; i++) {
-    pairs[i] = (hetab_pair_of_directions){pi / 6, (i % 12) * pi / 26, (i / 12) * pi / 2};
+    pairs[i] = (hetab_directions){pi / 6, (i % 12) * pi / 26, (i / 12) * pi / 2};
     for (int b = 0; b < 2; b++) {
       hetab_point point = {
           lambda_um[b], pairs[i].theta_i, pairs[i].theta_r, pairs[i].phi, sigma0_um, 5, 1.1, 6, 0};

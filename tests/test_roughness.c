@@ -528,8 +528,8 @@ static hetab_heights *load(text_fixture *f, const char *text,
 
 static void assert_scan(hetab_heights *h, size_t columns, size_t rows, double spacing_um,
                         const double *z_um) {
-  assert_int_equal(hetab_heights_columns(h), columns);
-  assert_int_equal(hetab_heights_rows(h), rows);
+  assert_int_equal(hetab_heights_column_count(h), columns);
+  assert_int_equal(hetab_heights_row_count(h), rows);
   assert_true(relative_error(hetab_heights_spacing_um(h), spacing_um) < 1e-12);
   for (size_t i = 0; i < columns * rows; i++) {
     double found = hetab_heights_z_um(h)[i];

@@ -110,14 +110,14 @@ typedef struct hetab_against {
 
 /* What people look at, of one channel: BRDF in the plane of incidence, and over the hemisphere on
  * Shirley and Chiu's equal-solid-angle square. */
-enum { HETAB_VIEWS = 4, HETAB_VIEW_LOBE = 361, HETAB_VIEW_MAP = 64 };
+enum { HETAB_AUDIT_VIEWS = 4, HETAB_AUDIT_LOBE = 361, HETAB_AUDIT_MAP = 64 };
 
-typedef struct hetab_view {
+typedef struct hetab_audit_view {
   double theta_i_deg;
-  double lobe[HETAB_VIEW_LOBE];  /* at theta_r = -90 to 90 by 0.5 deg, > 0 on the mirror side */
-  double model[HETAB_VIEW_LOBE]; /* the reference's; NaN: none */
-  float map[HETAB_VIEW_MAP][HETAB_VIEW_MAP]; /* [row][column], the mirror side to the right */
-} hetab_view;
+  double lobe[HETAB_AUDIT_LOBE];  /* at theta_r = -90 to 90 by 0.5 deg, > 0 on the mirror side */
+  double model[HETAB_AUDIT_LOBE]; /* the reference's; NaN: none */
+  float map[HETAB_AUDIT_MAP][HETAB_AUDIT_MAP]; /* [row][column], the mirror side to the right */
+} hetab_audit_view;
 
 typedef struct hetab_audit {
   hetab_audit_kind kind;
@@ -138,7 +138,7 @@ typedef struct hetab_audit {
   double separability;    /* HDF5, at view_channel: the share of the sum of squares that one product
                              u(theta_i) v(theta_r, phi) holds; else NaN */
   hetab_against *against; /* NULL: none */
-  hetab_view *views;      /* [HETAB_VIEWS]; NULL: not asked for */
+  hetab_audit_view *views; /* [HETAB_AUDIT_VIEWS]; NULL: not asked for */
   size_t view_channel;
 } hetab_audit;
 

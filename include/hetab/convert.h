@@ -20,12 +20,12 @@
 
 #include <stddef.h>
 #include <hetab/grid.h>
+#include <hetab/output_file.h>
+#include <hetab/types.h>
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-typedef enum hetab_format { HETAB_FORMAT_H5, HETAB_FORMAT_MERL, HETAB_FORMAT_RGL } hetab_format;
 
 const char *hetab_format_name(hetab_format format); /* "HDF5", "MERL", "RGL" */
 
@@ -49,6 +49,7 @@ typedef struct hetab_convert_report {
   double error_l1_interpolated; /* by hetab_lookup_eval() */
   double bias;                  /* as error_l1_interpolated, without the modulus */
   size_t filled;                /* cells of the input above the horizon without data */
+  size_t negative;              /* numbers of the input a little below 0, set to 0: .bsdf */
   size_t clamped;               /* sRGB components below 0, set to 0 */
   double specular_max;          /* the largest rho_s of the input */
   int specular_kept;            /* it is in, or beside, the output; 1 if there is none */

@@ -1,7 +1,22 @@
-/* hetab: tables of the He-Torrance reflectance model. Includes the whole public interface. */
+/* hetab: tables of the He-Torrance reflectance model. Includes the whole public interface.
+ *
+ * Rules that hold in every header:
+ * - create makes a handle from values, load reads a file whole, open finds by name or keeps a file
+ *   open, free ends the handle (NULL is fine); what counts something ends in _count.
+ * - Angles are radians from the normal; degrees are the axes of grids alone (a file's), in names
+ *   that end in _deg.
+ * - Lengths are um, values BRDFs in 1/sr without a cosine.
+ * - Options: NULL, and 0 in a member, stand for the default. Where a function writes a file,
+ *   `overwrite` is in its options, or its last argument if it has none.
+ * - Threads: a context, and a handle that a function may change, serve one thread at a time;
+ *   handles passed as const may be shared. Headers that promise more say so. */
 #ifndef HETAB_H
 #define HETAB_H
 #include <hetab/status.h>
+#include <hetab/types.h>
+#include <hetab/output_file.h>
+#include <hetab/devices.h>
+#include <hetab/host_model.h>
 #include <hetab/index.h>
 #include <hetab/surface.h>
 #include <hetab/grid.h>

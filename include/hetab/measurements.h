@@ -3,16 +3,11 @@
 #define HETAB_MEASUREMENTS_H
 
 #include <stddef.h>
-#include <hetab/status.h>
+#include <hetab/types.h>
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/* Radians; phi is the viewer's azimuth minus the light's, folded to [0, pi]. */
-typedef struct hetab_pair_of_directions {
-  double theta_i, theta_r, phi;
-} hetab_pair_of_directions;
 
 typedef struct hetab_measurements hetab_measurements;
 
@@ -41,16 +36,16 @@ hetab_status hetab_measurements_load(hetab_context *ctx, const char *path,
 /* From memory: values[count][wavelengths], 1/sr, at most 1e12; NaN marks a value that is missing.
  */
 hetab_status hetab_measurements_create(hetab_context *ctx, const double *lambda_um,
-                                       size_t wavelengths, const hetab_pair_of_directions *pairs,
+                                       size_t wavelengths, const hetab_directions *pairs,
                                        size_t count, const double *values,
                                        hetab_measurements **out);
 void hetab_measurements_free(hetab_measurements *measurements);
 
 const char *hetab_measurements_name(const hetab_measurements *measurements);
-size_t hetab_measurements_wavelengths(const hetab_measurements *measurements);
+size_t hetab_measurements_wavelength_count(const hetab_measurements *measurements);
 const double *hetab_measurements_lambda_um(const hetab_measurements *measurements);
-size_t hetab_measurements_count(const hetab_measurements *measurements);
-const hetab_pair_of_directions *hetab_measurements_pairs(const hetab_measurements *measurements);
+size_t hetab_measurements_pair_count(const hetab_measurements *measurements);
+const hetab_directions *hetab_measurements_pairs(const hetab_measurements *measurements);
 /* [count][wavelengths] */
 const double *hetab_measurements_values(const hetab_measurements *measurements);
 

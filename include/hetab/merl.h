@@ -8,7 +8,7 @@
 #define HETAB_MERL_H
 
 #include <stddef.h>
-#include <hetab/status.h>
+#include <hetab/types.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -42,11 +42,10 @@ hetab_status hetab_merl_load(hetab_context *ctx, const char *path, hetab_merl **
 hetab_status hetab_merl_load_raw(hetab_context *ctx, const char *path, hetab_merl **out);
 
 /* The cell that the reference reader uses: truncating square-root theta_h, truncating theta_d and
- * phi_d, phi_d folded by reciprocity. Angles in radians; phi as everywhere: viewer minus light. */
-size_t hetab_merl_cell(double theta_i, double theta_r, double phi);
+ * phi_d, phi_d folded by reciprocity. */
+size_t hetab_merl_cell(hetab_directions at);
 /* The reference reader's BRDF, 1/sr; negative if the cell is below the horizon. */
-void hetab_merl_lookup(const hetab_merl *merl, double theta_i, double theta_r, double phi,
-                       double rgb[3]);
+void hetab_merl_lookup(const hetab_merl *merl, hetab_directions at, double rgb[3]);
 
 #ifdef __cplusplus
 }

@@ -73,7 +73,7 @@ typedef struct hetab_prediction_curve {
 
 typedef struct hetab_predicted_point {
   size_t curve; /* of the same incidence and wavelength */
-  hetab_pair_of_directions directions;
+  hetab_directions directions;
   int in_plane;     /* phi within 0.5 degrees of 0 or 180 */
   double plane_deg; /* theta_r signed as in theta_r_deg; in the plane only */
   double measured;  /* 1/sr */

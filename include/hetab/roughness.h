@@ -53,8 +53,8 @@ void hetab_heights_free(hetab_heights *heights); /* NULL is fine */
 
 const char *hetab_heights_name(const hetab_heights *heights);
 hetab_heights_kind hetab_heights_kind_of(const hetab_heights *heights);
-size_t hetab_heights_columns(const hetab_heights *heights); /* points of a row */
-size_t hetab_heights_rows(const hetab_heights *heights);
+size_t hetab_heights_column_count(const hetab_heights *heights); /* points of a row */
+size_t hetab_heights_row_count(const hetab_heights *heights);
 double hetab_heights_spacing_um(const hetab_heights *heights);
 double hetab_heights_spacing_y_um(const hetab_heights *heights); /* 0: not a map */
 const double *hetab_heights_z_um(const hetab_heights *heights);  /* [rows][columns] */

@@ -22,19 +22,13 @@
 
 #include <stddef.h>
 #include <hetab/index.h>
+#include <hetab/types.h>
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
 typedef struct hetab_surface hetab_surface;
-
-/* What the surface is at one wavelength. */
-typedef struct hetab_band {
-  double lambda_um;    /* vacuum wavelength, um */
-  double n, k;         /* refractive index */
-  double diffuse_brdf; /* uniform-diffuse term `a` of Eq. 9, 1/sr */
-} hetab_band;
 
 /* A preset name, or a path: what contains a '/' or ends in .yml or .yaml is a path. */
 hetab_status hetab_surface_open(hetab_context *ctx, const char *name_or_path, hetab_surface **out);

@@ -7,42 +7,11 @@
 #include <hetab/grid.h>
 #include <hetab/merl.h>
 #include <hetab/surface.h>
+#include <hetab/types.h>
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/* A part of a dense table: some theta_i rows of one wavelength. values[theta_i][theta_r][phi],
- * phi fastest; float or double as the engine's precision. dd + ud in 1/sr, no cosine. */
-typedef struct hetab_slab {
-  size_t wavelength;
-  size_t theta_i_first, theta_i_count;
-  const void *values;
-} hetab_slab;
-
-/* Receives slabs from the calling thread, in any order, each once. Not HETAB_OK stops the job. */
-typedef hetab_status (*hetab_slab_fn)(hetab_context *ctx, void *user, const hetab_slab *slab);
-
-/* Relative error over sampled entries with reference >= 1e-9 / sr; absolute error below. */
-typedef struct hetab_error_stats {
-  size_t samples;                   /* entries compared in all */
-  size_t compared;                  /* of them with reference >= 1e-9 / sr */
-  double max_rel, p99_rel, rms_rel; /* over `compared` */
-  double max_abs_below;             /* over the others, 1/sr */
-  size_t bad;                       /* NaN, infinite or negative entries (none, ever) */
-} hetab_error_stats;
-
-typedef struct hetab_report {
-  double entries;          /* spectral entries evaluated */
-  double kernel_seconds;   /* running kernels and what they wait for, summed over devices */
-  double wall_seconds;     /* whole call, the sink included */
-  hetab_error_stats error; /* against the literal reference, on a random sample */
-  size_t clamped;          /* MERL: cells with a negative linear sRGB value, set to 0 */
-  hetab_method method;     /* how it was made: of the engine */
-  hetab_precision precision;
-  double tolerance;
-  char device[512]; /* the devices that took part, in words */
-} hetab_report;
 
 typedef struct hetab_tabulate_options {
   size_t samples; /* entries compared with the literal reference in all; 0: none */

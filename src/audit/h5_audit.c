@@ -205,6 +205,6 @@ hetab_status hetab_audit_h5(hetab_context *ctx, hetab_engine *engine, const char
   hetab_model_clear(&j.model);
   free(j.pairs);
   free(j.specular);
-  hetab_h5_close(j.file);
+  hetab_h5_free(j.file);
   return status;
 }

@@ -1,7 +1,6 @@
 #include "audit/repair.h"
 
 #include <math.h>
-#include <sys/stat.h>
 
 #include "audit/table_audit.h"
 
@@ -66,24 +65,4 @@ double hetab_repair_scale(double found, double allowed, hetab_repair_report *rep
   report->scaled_incidences++;
   report->smallest_scale = fmin(report->smallest_scale, scale);
   return scale;
-}
-
-static int is_same_file(const char *a, const char *b) {
-  struct stat about_a, about_b;
-  return stat(a, &about_a) == 0 && stat(b, &about_b) == 0 && about_a.st_dev == about_b.st_dev &&
-         about_a.st_ino == about_b.st_ino;
-}
-
-hetab_status hetab_repair(hetab_context *ctx, const char *path, const char *out_path,
-                          hetab_reading lookup, int scale_energy, int overwrite,
-                          hetab_repair_report *report) {
-  int is_h5 = hetab_audit_is_h5(path);
-  *report = (hetab_repair_report){.smallest_scale = 1};
-  if (is_same_file(path, out_path))
-    return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
-                      "'%s' is not repaired in place: give another name to write to", path);
-  if (lookup == HETAB_READ_DEFAULT)
-    lookup = is_h5 ? HETAB_READ_INTERPOLATE : HETAB_READ_TRUNCATE;
-  return (is_h5 ? hetab_repair_h5 : hetab_repair_merl)(ctx, path, out_path, lookup, scale_energy,
-                                                       overwrite, report);
 }

@@ -85,7 +85,7 @@ hetab_status hetab_repair_h5(hetab_context *ctx, const char *path, const char *o
   hetab_status status = run(&j, path, out_path, lookup, overwrite);
   hetab_h5_copy_abort(j.copy);
   hetab_dense_table_clear(&j.table);
-  hetab_h5_close(j.file);
+  hetab_h5_free(j.file);
   free(j.specular);
   free(j.scale);
   return status;

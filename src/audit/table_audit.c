@@ -3,20 +3,8 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #include "audit/dense_table.h"
-#include "table/table_format.h"
-
-int hetab_audit_is_h5(const char *path) {
-  static const char signature[4] = {(char)0x89, 'H', 'D', 'F'};
-  char start[sizeof signature] = {0};
-  FILE *file = fopen(path, "rbe");
-  size_t count = file ? fread(start, 1, sizeof start, file) : 0;
-  if (file)
-    fclose(file);
-  return count == sizeof start && memcmp(start, signature, sizeof start) == 0;
-}
 
 hetab_status hetab_audit_structure(hetab_context *ctx, hetab_status opened, hetab_audit *audit) {
   if (opened == HETAB_ERR_PARSE) {
@@ -84,41 +72,4 @@ void hetab_audit_judge_against(const hetab_audit_options *o, const double *specu
                   100 * e->relative_l1, e->pairs, 100 * e->bias, 100 * e->p50, 100 * e->p95,
                   100 * a->on_lobe.relative_l1);
   judge_specular(o, audit);
-}
-
-static hetab_status measure_file(hetab_context *ctx, const char *path, hetab_audit *audit) {
-  struct stat about;
-  if (stat(path, &about))
-    return hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': %m", path);
-  if (!S_ISREG(about.st_mode))
-    return hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': it is not a regular file", path);
-  audit->bytes = (unsigned long long)about.st_size;
-  return HETAB_OK;
-}
-
-hetab_status hetab_audit_table(hetab_context *ctx, hetab_engine *engine, const char *path,
-                               const hetab_audit_options *options, hetab_audit **out) {
-  hetab_audit_options o = hetab_audit_defaults(options);
-  hetab_format format;
-  int is_h5 = hetab_audit_is_h5(path);
-  hetab_audit *audit;
-  *out = NULL;
-  if (hetab_format_of(ctx, path, &format) == HETAB_OK && format == HETAB_FORMAT_RGL)
-    return hetab_fail(ctx, HETAB_ERR_UNSUPPORTED,
-                      "'%s' is an RGL table: convert it to MERL or HDF5 and audit that", path);
-  hetab_status status =
-      hetab_audit_new(ctx, is_h5 ? HETAB_AUDIT_H5 : HETAB_AUDIT_MERL, path, &audit);
-  if (status == HETAB_OK)
-    status = measure_file(ctx, path, audit);
-  if (status == HETAB_OK) {
-    if (o.lookup == HETAB_READ_DEFAULT)
-      o.lookup = is_h5 ? HETAB_READ_INTERPOLATE : HETAB_READ_TRUNCATE;
-    audit->lookup = o.lookup;
-    status = (is_h5 ? hetab_audit_h5 : hetab_audit_merl)(ctx, engine, path, &o, audit);
-  }
-  if (status == HETAB_OK)
-    *out = audit;
-  else
-    hetab_audit_free(audit);
-  return status;
 }

@@ -17,7 +17,4 @@ hetab_status hetab_audit_structure(hetab_context *ctx, hetab_status opened, heta
 void hetab_audit_judge_against(const hetab_audit_options *options, const double *specular,
                                hetab_audit *audit);
 
-/* Starts with these bytes. */
-int hetab_audit_is_h5(const char *path);
-
 #endif

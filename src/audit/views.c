@@ -5,9 +5,9 @@
 
 #include <hetab/evaluate.h>
 
-static const double view_theta_deg[HETAB_VIEWS] = {0, 30, 60, 80};
+static const double view_theta_deg[HETAB_AUDIT_VIEWS] = {0, 30, 60, 80};
 
-enum { LOBES = HETAB_VIEWS * HETAB_VIEW_LOBE };
+enum { LOBES = HETAB_AUDIT_VIEWS * HETAB_AUDIT_LOBE };
 
 /* A place in the plane of incidence; theta_r < 0 is the side of the light. */
 static void lobe_direction(int i, double *theta_r, double *phi) {
@@ -19,8 +19,8 @@ static void lobe_direction(int i, double *theta_r, double *phi) {
 /* The direction of a place on the square, [-1, 1]^2: Shirley and Chiu's concentric map to the disk,
  * whose radius is sqrt(1 - cos theta) so that equal areas are equal solid angles. */
 static void map_direction(int row, int column, double *theta_r, double *phi) {
-  double x = (2 * column + 1) / (double)HETAB_VIEW_MAP - 1;
-  double y = 1 - (2 * row + 1) / (double)HETAB_VIEW_MAP;
+  double x = (2 * column + 1) / (double)HETAB_AUDIT_MAP - 1;
+  double y = 1 - (2 * row + 1) / (double)HETAB_AUDIT_MAP;
   double radius, angle;
   if (fabs(x) > fabs(y)) {
     radius = x;
@@ -39,30 +39,30 @@ static void map_direction(int row, int column, double *theta_r, double *phi) {
 }
 
 static hetab_status make_views(hetab_context *ctx, hetab_audit *audit) {
-  audit->views = hetab_alloc(ctx, HETAB_VIEWS, sizeof *audit->views);
+  audit->views = hetab_alloc(ctx, HETAB_AUDIT_VIEWS, sizeof *audit->views);
   if (!audit->views)
     return HETAB_ERR_MEMORY;
-  for (int v = 0; v < HETAB_VIEWS; v++) {
+  for (int v = 0; v < HETAB_AUDIT_VIEWS; v++) {
     audit->views[v].theta_i_deg = view_theta_deg[v];
-    for (int i = 0; i < HETAB_VIEW_LOBE; i++)
+    for (int i = 0; i < HETAB_AUDIT_LOBE; i++)
       audit->views[v].model[i] = NAN;
   }
   return HETAB_OK;
 }
 
-hetab_status hetab_views_of_table(hetab_context *ctx, hetab_audit *audit, hetab_view_fn lookup,
-                                  const void *user) {
+hetab_status hetab_views_of_table(hetab_context *ctx, hetab_audit *audit,
+                                  hetab_audit_view_fn lookup, const void *user) {
   double theta_r, phi;
   HETAB_TRY(make_views(ctx, audit));
-  for (int v = 0; v < HETAB_VIEWS; v++) {
-    hetab_view *view = &audit->views[v];
+  for (int v = 0; v < HETAB_AUDIT_VIEWS; v++) {
+    hetab_audit_view *view = &audit->views[v];
     double theta_i = view->theta_i_deg * M_PI / 180;
-    for (int i = 0; i < HETAB_VIEW_LOBE; i++) {
+    for (int i = 0; i < HETAB_AUDIT_LOBE; i++) {
       lobe_direction(i, &theta_r, &phi);
       view->lobe[i] = lookup(user, theta_i, theta_r, phi);
     }
-    for (int row = 0; row < HETAB_VIEW_MAP; row++)
-      for (int column = 0; column < HETAB_VIEW_MAP; column++) {
+    for (int row = 0; row < HETAB_AUDIT_MAP; row++)
+      for (int column = 0; column < HETAB_AUDIT_MAP; column++) {
         map_direction(row, column, &theta_r, &phi);
         view->map[row][column] = (float)lookup(user, theta_i, theta_r, phi);
       }
@@ -90,12 +90,12 @@ hetab_status hetab_views_of_model(hetab_context *ctx, hetab_engine *engine, doub
   hetab_status status = points && values ? HETAB_OK : HETAB_ERR_MEMORY;
   for (size_t b = 0; b < count && status == HETAB_OK; b++) {
     for (int i = 0; i < LOBES; i++) {
-      points[i] = point_of(sigma0_um, tau_um, &bands[b], i / HETAB_VIEW_LOBE);
-      lobe_direction(i % HETAB_VIEW_LOBE, &points[i].theta_r, &points[i].phi);
+      points[i] = point_of(sigma0_um, tau_um, &bands[b], i / HETAB_AUDIT_LOBE);
+      lobe_direction(i % HETAB_AUDIT_LOBE, &points[i].theta_r, &points[i].phi);
     }
     status = hetab_evaluate(ctx, engine, points, LOBES, values);
     for (int i = 0; i < LOBES && status == HETAB_OK; i++) {
-      double *model = &audit->views[i / HETAB_VIEW_LOBE].model[i % HETAB_VIEW_LOBE];
+      double *model = &audit->views[i / HETAB_AUDIT_LOBE].model[i % HETAB_AUDIT_LOBE];
       *model = (b ? *model : 0) + weights[b] * values[i].total;
     }
   }
@@ -104,7 +104,7 @@ hetab_status hetab_views_of_model(hetab_context *ctx, hetab_engine *engine, doub
   return status;
 }
 
-enum { MAP = HETAB_VIEW_MAP * HETAB_VIEW_MAP };
+enum { MAP = HETAB_AUDIT_MAP * HETAB_AUDIT_MAP };
 
 static hetab_status map_of_surface(hetab_context *ctx, hetab_engine *engine,
                                    const hetab_surface *surface, hetab_audit *audit, int view) {
@@ -114,12 +114,12 @@ static hetab_status map_of_surface(hetab_context *ctx, hetab_engine *engine,
   hetab_status status = points && values ? HETAB_OK : HETAB_ERR_MEMORY;
   for (int i = 0; i < MAP && status == HETAB_OK; i++) {
     points[i] = point_of(audit->sigma0_um, audit->tau_um, band, view);
-    map_direction(i / HETAB_VIEW_MAP, i % HETAB_VIEW_MAP, &points[i].theta_r, &points[i].phi);
+    map_direction(i / HETAB_AUDIT_MAP, i % HETAB_AUDIT_MAP, &points[i].theta_r, &points[i].phi);
   }
   if (status == HETAB_OK)
     status = hetab_evaluate(ctx, engine, points, MAP, values);
   for (int i = 0; i < MAP && status == HETAB_OK; i++)
-    audit->views[view].map[i / HETAB_VIEW_MAP][i % HETAB_VIEW_MAP] = (float)values[i].total;
+    audit->views[view].map[i / HETAB_AUDIT_MAP][i % HETAB_AUDIT_MAP] = (float)values[i].total;
   free(points);
   free(values);
   return status;
@@ -132,8 +132,8 @@ hetab_status hetab_views_of_surface(hetab_context *ctx, hetab_engine *engine,
   HETAB_TRY(make_views(ctx, audit));
   HETAB_TRY(
       hetab_views_of_model(ctx, engine, audit->sigma0_um, audit->tau_um, band, &weight, 1, audit));
-  for (int v = 0; v < HETAB_VIEWS; v++) {
-    for (int i = 0; i < HETAB_VIEW_LOBE; i++) {
+  for (int v = 0; v < HETAB_AUDIT_VIEWS; v++) {
+    for (int i = 0; i < HETAB_AUDIT_LOBE; i++) {
       audit->views[v].lobe[i] = audit->views[v].model[i];
       audit->views[v].model[i] = NAN;
     }

@@ -6,7 +6,7 @@
 #include <string.h>
 #include <strings.h>
 
-#include <hetab/engine.h>
+#include <hetab/devices.h>
 
 static const char *error_name(cl_int error) {
   switch (error) {
@@ -102,7 +102,7 @@ struct hetab_preload {
   pthread_t thread;
 };
 
-hetab_preload *hetab_preload_start(void) {
+hetab_preload *hetab_preload_create(void) {
   hetab_preload *preload = malloc(sizeof *preload);
   if (preload && pthread_create(&preload->thread, NULL, load_runtime, NULL) == 0)
     return preload;
@@ -110,7 +110,7 @@ hetab_preload *hetab_preload_start(void) {
   return NULL;
 }
 
-void hetab_preload_finish(hetab_preload *preload) {
+void hetab_preload_free(hetab_preload *preload) {
   if (preload)
     pthread_join(preload->thread, NULL);
   free(preload);

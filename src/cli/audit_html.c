@@ -83,11 +83,11 @@ static size_t nearest_incidence(const hetab_audit *a, double deg) {
   return best;
 }
 
-static const char *const view_strokes[HETAB_VIEWS] = {"stroke:var(--c0)", "stroke:var(--c1)",
-                                                      "stroke:var(--c2)", "stroke:var(--c3)"};
+static const char *const view_strokes[HETAB_AUDIT_VIEWS] = {"stroke:var(--c0)", "stroke:var(--c1)",
+                                                            "stroke:var(--c2)", "stroke:var(--c3)"};
 
 static void plot_spectrum(FILE *out, const hetab_audit *a) {
-  static const double incidences[HETAB_VIEWS] = {0, 30, 60, 80};
+  static const double incidences[HETAB_AUDIT_VIEWS] = {0, 30, 60, 80};
   char line[96], title[48];
   if (!a->lambda_um || a->channel_count < 2)
     return;
@@ -100,7 +100,7 @@ static void plot_spectrum(FILE *out, const hetab_audit *a) {
                  svg_step(1000 * (a->lambda_um[last] - a->lambda_um[0])), 0},
                 {"rho_dh", 0, top, svg_step(top), 0}};
   svg_begin(&p, "Spectrum at 0\u00b0, 30\u00b0, 60\u00b0, 80\u00b0 incidence (dashed: polished)");
-  for (int i = 0; nm && i < HETAB_VIEWS; i++) {
+  for (int i = 0; nm && i < HETAB_AUDIT_VIEWS; i++) {
     size_t t = nearest_incidence(a, incidences[i]);
     const hetab_energy *e = &a->energy[t];
     size_t stride = a->theta_count * sizeof *e / sizeof(double);
@@ -117,19 +117,19 @@ static void plot_spectrum(FILE *out, const hetab_audit *a) {
 
 enum { DECADES = 6 }; /* of logarithmic plots, below the peak */
 
-static double peak_of(const hetab_view *view) {
+static double peak_of(const hetab_audit_view *view) {
   double peak = 0;
-  for (int i = 0; i < HETAB_VIEW_LOBE; i++)
+  for (int i = 0; i < HETAB_AUDIT_LOBE; i++)
     peak = fmax(peak, isfinite(view->lobe[i]) ? view->lobe[i] : 0);
   return peak;
 }
 
 static void plot_cartesian(FILE *out, const hetab_audit *a, int log_scale) {
-  double deg[HETAB_VIEW_LOBE], peak = 1e-30;
+  double deg[HETAB_AUDIT_LOBE], peak = 1e-30;
   char dashed[96], title[48];
-  for (int i = 0; i < HETAB_VIEW_LOBE; i++)
+  for (int i = 0; i < HETAB_AUDIT_LOBE; i++)
     deg[i] = -90 + 0.5 * i;
-  for (int v = 0; v < HETAB_VIEWS; v++)
+  for (int v = 0; v < HETAB_AUDIT_VIEWS; v++)
     peak = fmax(peak, peak_of(&a->views[v]));
   double top = log_scale ? pow(10, ceil(log10(peak))) : 1.05 * peak;
   svg_plot p = {out,
@@ -138,11 +138,11 @@ static void plot_cartesian(FILE *out, const hetab_audit *a, int log_scale) {
                  log_scale ? 1 : svg_step(top), log_scale}};
   svg_begin(&p, log_scale ? "Lobes in the plane of incidence, logarithmic"
                           : "Lobes in the plane of incidence, linear");
-  for (int v = 0; v < HETAB_VIEWS; v++) {
+  for (int v = 0; v < HETAB_AUDIT_VIEWS; v++) {
     snprintf(title, sizeof title, "theta_i %g deg", a->views[v].theta_i_deg);
     snprintf(dashed, sizeof dashed, "%s;stroke-dasharray:2 3;opacity:.8", view_strokes[v]);
-    svg_line(&p, deg, a->views[v].model, HETAB_VIEW_LOBE, 1, dashed, "model");
-    svg_line(&p, deg, a->views[v].lobe, HETAB_VIEW_LOBE, 1, view_strokes[v], title);
+    svg_line(&p, deg, a->views[v].model, HETAB_AUDIT_LOBE, 1, dashed, "model");
+    svg_line(&p, deg, a->views[v].lobe, HETAB_AUDIT_LOBE, 1, view_strokes[v], title);
   }
   svg_end(&p);
 }
@@ -162,12 +162,12 @@ static void plot_polar(FILE *out, const hetab_audit *a, int log_scale) {
                   log_scale ? "Lobes, polar, logarithmic, each over its peak"
                             : "Lobes, polar, linear, each over its peak",
                   log_scale ? decades : linear, log_scale ? 3 : 4);
-  for (int v = 0; v < HETAB_VIEWS; v++) {
-    double radius[HETAB_VIEW_LOBE], peak = peak_of(&a->views[v]);
-    for (int i = 0; i < HETAB_VIEW_LOBE; i++)
+  for (int v = 0; v < HETAB_AUDIT_VIEWS; v++) {
+    double radius[HETAB_AUDIT_LOBE], peak = peak_of(&a->views[v]);
+    for (int i = 0; i < HETAB_AUDIT_LOBE; i++)
       radius[i] = polar_radius(a->views[v].lobe[i], peak, log_scale);
     snprintf(title, sizeof title, "theta_i %g deg", a->views[v].theta_i_deg);
-    svg_polar_line(out, radius, HETAB_VIEW_LOBE, view_strokes[v], title);
+    svg_polar_line(out, radius, HETAB_AUDIT_LOBE, view_strokes[v], title);
   }
   svg_polar_end(out);
 }
@@ -175,7 +175,7 @@ static void plot_polar(FILE *out, const hetab_audit *a, int log_scale) {
 static void view_key(FILE *out, const hetab_audit *a) {
   char text[48], name[24];
   fputs("<div class=\"key\">", out);
-  for (int v = 0; v < HETAB_VIEWS; v++) {
+  for (int v = 0; v < HETAB_AUDIT_VIEWS; v++) {
     snprintf(text, sizeof text, "theta_i %g\u00b0", a->views[v].theta_i_deg);
     svg_key(out, view_strokes[v], text);
   }
@@ -185,8 +185,8 @@ static void view_key(FILE *out, const hetab_audit *a) {
 
 /* ---- maps ---------------------------------------------------------------------------------- */
 
-static void plot_hemisphere(FILE *out, const hetab_view *view) {
-  enum { CELLS = HETAB_VIEW_MAP * HETAB_VIEW_MAP };
+static void plot_hemisphere(FILE *out, const hetab_audit_view *view) {
+  enum { CELLS = HETAB_AUDIT_MAP * HETAB_AUDIT_MAP };
   unsigned char levels[CELLS];
   const float *values = &view->map[0][0];
   double peak = 0;
@@ -198,7 +198,7 @@ static void plot_hemisphere(FILE *out, const hetab_view *view) {
     levels[i] = isfinite(values[i]) ? (unsigned char)(1 + fmax(0, at) * (SVG_LEVELS - 2)) : 0;
   }
   snprintf(caption, sizeof caption, "theta_i %g\u00b0, peak %.3g / sr", view->theta_i_deg, peak);
-  svg_map(out, levels, HETAB_VIEW_MAP, HETAB_VIEW_MAP, caption, "across the plane",
+  svg_map(out, levels, HETAB_AUDIT_MAP, HETAB_AUDIT_MAP, caption, "across the plane",
           "light side \u2190 \u2192 mirror side");
 }
 
@@ -210,7 +210,7 @@ static void plot_hemispheres(FILE *out, const hetab_audit *a) {
       out);
   svg_scale(out, "10<sup>-6</sup>", "peak");
   fputs("<div class=\"maps\">", out);
-  for (int v = 0; v < HETAB_VIEWS; v++)
+  for (int v = 0; v < HETAB_AUDIT_VIEWS; v++)
     plot_hemisphere(out, &a->views[v]);
   fputs("</div>\n", out);
 }

@@ -94,7 +94,7 @@ static hetab_status fit_each(fit_job *job) {
   hetab_fit_options options = job->options;
   hetab_status status = HETAB_OK;
   size_t count = options.lambda_count ? options.lambda_count
-                                      : hetab_measurements_wavelengths(job->measurements);
+                                      : hetab_measurements_wavelength_count(job->measurements);
   const double *lambda_um =
       options.lambda_count ? options.lambda_um : hetab_measurements_lambda_um(job->measurements);
   options.lambda_count = 1;
@@ -108,7 +108,7 @@ static hetab_status fit_each(fit_job *job) {
 static int compute(fit_job *job) {
   const fit_request *r = job->request;
   job->report.fits =
-      calloc(hetab_measurements_wavelengths(job->measurements) + 1 + job->options.lambda_count,
+      calloc(hetab_measurements_wavelength_count(job->measurements) + 1 + job->options.lambda_count,
              sizeof(hetab_fit *));
   if (!job->report.fits)
     return cli_fail("out of memory");

@@ -6,6 +6,7 @@
 
 #include "cli.h"
 #include "options.h"
+#include "core/atomic_file.h"
 #include "output.h"
 #include "predict_command.h"
 
@@ -80,8 +81,8 @@ static int by_size(const void *left, const void *right) {
 
 /* The measured incidences, each once. */
 static hetab_status measured_incidences(job *j) {
-  size_t count = hetab_measurements_count(j->measurements), kept = 0;
-  const hetab_pair_of_directions *pairs = hetab_measurements_pairs(j->measurements);
+  size_t count = hetab_measurements_pair_count(j->measurements), kept = 0;
+  const hetab_directions *pairs = hetab_measurements_pairs(j->measurements);
   double *deg = j->theta_i_deg = calloc(count + 1, sizeof *deg);
   if (!deg)
     return HETAB_ERR_MEMORY;
@@ -119,7 +120,7 @@ static hetab_status find_wavelengths(job *j) {
     j->options.lambda_um = j->lambda_um;
     return status;
   }
-  size_t count = j->measurements ? hetab_measurements_wavelengths(j->measurements)
+  size_t count = j->measurements ? hetab_measurements_wavelength_count(j->measurements)
                                  : hetab_surface_band_count(j->surface);
   j->lambda_um = calloc(1, sizeof *j->lambda_um);
   if (!j->lambda_um)
@@ -228,7 +229,7 @@ static void write_csv(FILE *out, const hetab_prediction *p) {
     }
   for (size_t i = 0; i < p->point_count; i++) {
     const hetab_predicted_point *point = &p->points[i];
-    const hetab_pair_of_directions *d = &point->directions;
+    const hetab_directions *d = &point->directions;
     fprintf(out, "%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.3g,%.9g,%d\n",
             1000 * p->curves[point->curve].lambda_um, d->theta_i / degree, d->theta_r / degree,
             d->phi / degree, point->f.nominal, point->f.low, point->f.high, point->f.error,
@@ -270,7 +271,7 @@ static json_t *count_json(const hetab_prediction_count *count) {
 }
 
 static json_t *point_json(const hetab_prediction *p, const hetab_predicted_point *point) {
-  const hetab_pair_of_directions *d = &point->directions;
+  const hetab_directions *d = &point->directions;
   return json_pack("{sf sf sf sf sf sf sf sf si}", "wavelength_nm",
                    1000 * p->curves[point->curve].lambda_um, "theta_i_deg", d->theta_i / degree,
                    "theta_r_deg", d->theta_r / degree, "phi_deg", d->phi / degree, "measured",
@@ -383,11 +384,11 @@ static int run_request(const request *r, const hetab_roughness_bounds *bounds) {
 }
 
 static int check_files(const cli_command *self, const request *r) {
-  if (r->csv && r->html && cli_same_file(r->csv, r->html))
+  if (r->csv && r->html && hetab_same_file(r->csv, r->html))
     return cli_usage(self, "--csv and --html would both write %s: give one another name", r->csv);
   const char *outputs[] = {r->csv, r->html};
   for (int i = 0; i < 2; i++)
-    if (outputs[i] && r->measurements && cli_same_file(outputs[i], r->measurements))
+    if (outputs[i] && r->measurements && hetab_same_file(outputs[i], r->measurements))
       return cli_usage(self, "%s is an input: choose another name for the output", outputs[i]);
   return -1;
 }

@@ -82,14 +82,14 @@ static double from_incidence(const hetab_fit *fit, double theta_i_deg) {
 /* Where there are too many incidences each of the fit's stands for 5 degrees of them. */
 static void find_tolerance(page *p) {
   const hetab_fit *fit = p->report->fits[0];
-  const hetab_pair_of_directions *pairs = hetab_measurements_pairs(p->report->measurements);
+  const hetab_directions *pairs = hetab_measurements_pairs(p->report->measurements);
   p->tolerance_deg = 0.1;
-  for (size_t i = 0; i < hetab_measurements_count(p->report->measurements); i++)
+  for (size_t i = 0; i < hetab_measurements_pair_count(p->report->measurements); i++)
     if (fit->used[i * fit->bands] && from_incidence(fit, pairs[i].theta_i / degree) > 0.1)
       p->tolerance_deg = 2.5;
 }
 
-static int is_at(const page *p, const hetab_pair_of_directions *pair, double theta_i_deg) {
+static int is_at(const page *p, const hetab_directions *pair, double theta_i_deg) {
   return fabs(pair->theta_i / degree - theta_i_deg) <= p->tolerance_deg;
 }
 
@@ -115,7 +115,7 @@ static hetab_status draw_curves(hetab_context *ctx, hetab_engine *engine, page *
 static double measured_at(const page *p, const view *v, size_t pair) {
   const hetab_measurements *m = p->report->measurements;
   return hetab_measurements_values(
-      m)[pair * hetab_measurements_wavelengths(m) + v->fit->band_of[v->band]];
+      m)[pair * hetab_measurements_wavelength_count(m) + v->fit->band_of[v->band]];
 }
 
 static double model_at(const view *v, size_t pair) {
@@ -125,7 +125,7 @@ static double model_at(const view *v, size_t pair) {
 /* ---- the plane of incidence ---------------------------------------------------------------- */
 
 /* theta_r with the sign of the mirror's side, NaN outside the plane. */
-static double plane_deg(const hetab_pair_of_directions *pair) {
+static double plane_deg(const hetab_directions *pair) {
   double phi_deg = pair->phi / degree, theta_r_deg = pair->theta_r / degree;
   if (phi_deg >= 179.5)
     return theta_r_deg;
@@ -133,9 +133,9 @@ static double plane_deg(const hetab_pair_of_directions *pair) {
 }
 
 static double top_of(const page *p, const view *v, size_t incidence) {
-  const hetab_pair_of_directions *pairs = hetab_measurements_pairs(p->report->measurements);
+  const hetab_directions *pairs = hetab_measurements_pairs(p->report->measurements);
   double top = 0;
-  for (size_t i = 0; i < hetab_measurements_count(p->report->measurements); i++)
+  for (size_t i = 0; i < hetab_measurements_pair_count(p->report->measurements); i++)
     if (is_at(p, &pairs[i], p->theta_i_deg[incidence]) && isfinite(plane_deg(&pairs[i])))
       top = fmax(top, measured_at(p, v, i));
   for (size_t k = 0; v->curves && k < v->curves->theta_r_count; k++)
@@ -144,9 +144,9 @@ static double top_of(const page *p, const view *v, size_t incidence) {
 }
 
 static void draw_points(const svg_plot *plot, const page *p, const view *v, size_t incidence) {
-  const hetab_pair_of_directions *pairs = hetab_measurements_pairs(p->report->measurements);
+  const hetab_directions *pairs = hetab_measurements_pairs(p->report->measurements);
   char title[80];
-  for (size_t i = 0; i < hetab_measurements_count(p->report->measurements); i++) {
+  for (size_t i = 0; i < hetab_measurements_pair_count(p->report->measurements); i++) {
     if (!is_at(p, &pairs[i], p->theta_i_deg[incidence]))
       continue;
     int used = v->fit->used[i * v->fit->bands + v->band];
@@ -180,10 +180,10 @@ static void plot_plane(const page *p, const view *v, size_t incidence, int log_s
 /* The measured pair of an incidence whose view is nearest to direction cosines (x towards the
  * mirror's side, y across); (size_t)-1 if none is nearer than the usual distance of neighbours. */
 static size_t nearest_pair(const page *p, const view *v, double theta_i_deg, double x, double y) {
-  const hetab_pair_of_directions *pairs = hetab_measurements_pairs(p->report->measurements);
+  const hetab_directions *pairs = hetab_measurements_pairs(p->report->measurements);
   double least = 0.2 * 0.2;
   size_t best = (size_t)-1;
-  for (size_t i = 0; i < hetab_measurements_count(p->report->measurements); i++) {
+  for (size_t i = 0; i < hetab_measurements_pair_count(p->report->measurements); i++) {
     if (!is_at(p, &pairs[i], theta_i_deg) || isnan(measured_at(p, v, i)))
       continue;
     double dx = x + sin(pairs[i].theta_r) * cos(pairs[i].phi);
@@ -214,10 +214,10 @@ static void find_pairs(const page *p, const view *v, double theta_i_deg, long pa
 
 /* The measured values of an incidence, DECADES below the largest at least. */
 static void find_range(const page *p, const view *v, double theta_i_deg, double range[2]) {
-  const hetab_pair_of_directions *pairs = hetab_measurements_pairs(p->report->measurements);
+  const hetab_directions *pairs = hetab_measurements_pairs(p->report->measurements);
   range[0] = INFINITY;
   range[1] = 0;
-  for (size_t i = 0; i < hetab_measurements_count(p->report->measurements); i++) {
+  for (size_t i = 0; i < hetab_measurements_pair_count(p->report->measurements); i++) {
     double value = measured_at(p, v, i);
     if (!is_at(p, &pairs[i], theta_i_deg) || !(value > 0))
       continue;
@@ -249,8 +249,8 @@ static void plot_disc(const page *p, const view *v, const long *pairs, const dou
 }
 
 static int is_hemisphere(const page *p) {
-  const hetab_pair_of_directions *pairs = hetab_measurements_pairs(p->report->measurements);
-  for (size_t i = 0; i < hetab_measurements_count(p->report->measurements); i++)
+  const hetab_directions *pairs = hetab_measurements_pairs(p->report->measurements);
+  for (size_t i = 0; i < hetab_measurements_pair_count(p->report->measurements); i++)
     if (isnan(plane_deg(&pairs[i])))
       return 1;
   return 0;

@@ -180,9 +180,9 @@ void fit_csv(FILE *stream, const fit_report *report) {
 static void print_point(FILE *stream, const fit_report *report, const hetab_fit *fit, size_t i,
                         size_t b) {
   const hetab_measurements *m = report->measurements;
-  const hetab_pair_of_directions *p = &hetab_measurements_pairs(m)[i];
+  const hetab_directions *p = &hetab_measurements_pairs(m)[i];
   double measured =
-      hetab_measurements_values(m)[i * hetab_measurements_wavelengths(m) + fit->band_of[b]];
+      hetab_measurements_values(m)[i * hetab_measurements_wavelength_count(m) + fit->band_of[b]];
   fprintf(stream, "%.10g,%.8g,%.8g,%.8g", 1e3 * fit->lambda_um[b], degrees(p->theta_i),
           degrees(p->theta_r), degrees(p->phi));
   print_number(stream, measured);
@@ -193,7 +193,7 @@ static void print_point(FILE *stream, const fit_report *report, const hetab_fit 
 void fit_points_csv(FILE *stream, const fit_report *report) {
   fputs("wavelength_nm,theta_i_deg,theta_r_deg,phi_deg,measured,model,used\n", stream);
   for (size_t f = 0; f < report->count; f++)
-    for (size_t i = 0; i < hetab_measurements_count(report->measurements); i++)
+    for (size_t i = 0; i < hetab_measurements_pair_count(report->measurements); i++)
       for (size_t b = 0; b < report->fits[f]->bands; b++)
         print_point(stream, report, report->fits[f], i, b);
 }

@@ -2,7 +2,7 @@
 #ifndef HETAB_CONVERT_OUTPUTS_H
 #define HETAB_CONVERT_OUTPUTS_H
 
-#include "convert/source.h"
+#include "convert/convert_source.h"
 
 hetab_status hetab_convert_to_h5(hetab_context *ctx, hetab_convert_source *source, const char *path,
                                  const hetab_convert_options *options);

@@ -45,8 +45,10 @@ static void add_pair(trial *t, const float wi[3], const float wo[3], double weig
   hetab_convert_channels(t->source, t->in_value, t->expected);
   hetab_lookup_eval(t->out, wi, wo, t->out_value);
   if (t->merl)
-    hetab_merl_lookup(t->merl, acos((double)wi[2]), acos((double)wo[2]),
-                      atan2((double)wo[1], (double)wo[0]), rgb);
+    hetab_merl_lookup(t->merl,
+                      (hetab_directions){acos((double)wi[2]), acos((double)wo[2]),
+                                         atan2((double)wo[1], (double)wo[0])},
+                      rgb);
   for (size_t c = 0; c < t->source->channels; c++) {
     double difference = (double)t->out_value[c] - t->expected[c];
     t->sum += weight * t->expected[c];

@@ -2,7 +2,7 @@
 #ifndef HETAB_CONVERT_TRIAL_H
 #define HETAB_CONVERT_TRIAL_H
 
-#include "convert/source.h"
+#include "convert/convert_source.h"
 
 /* Fills the report's errors: the file at `path` against the source. Incidences are even over 0 to
  * 80 degrees; viewers are drawn half by the source's lobe and half by the cosine, and weighed. */

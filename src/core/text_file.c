@@ -1,4 +1,4 @@
-#include <hetab/table.h>
+#include <hetab/output_file.h>
 
 #include "core/context.h"
 #include "core/atomic_file.h"

@@ -9,7 +9,7 @@
 #include <hetab/tabulate.h>
 
 #include "core/context.h"
-#include "model/atlas.h"
+#include "model/atlas_fit.h"
 
 enum { HETAB_MOST_LANES = 16 };
 

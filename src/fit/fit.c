@@ -233,7 +233,7 @@ static void fill_numbers(const hetab_fit_problem *p, const hetab_fit_state *best
 
 static hetab_status allocate_fit(hetab_fit_problem *p, const hetab_measurements *m,
                                  hetab_fit *fit) {
-  size_t bands = fit->bands = p->data.bands, count = hetab_measurements_count(m);
+  size_t bands = fit->bands = p->data.bands, count = hetab_measurements_pair_count(m);
   fit->estimates = hetab_alloc(p->ctx, 4 + p->groups, sizeof *fit->estimates);
   fit->incidences = hetab_alloc(p->ctx, p->data.incidence_count, sizeof *fit->incidences);
   fit->band_of = hetab_alloc(p->ctx, bands, sizeof *fit->band_of);
@@ -249,7 +249,7 @@ static hetab_status allocate_fit(hetab_fit_problem *p, const hetab_measurements 
 
 static hetab_status fill_model(hetab_fit_problem *p, const hetab_measurements *m,
                                const hetab_fit_state *best, hetab_fit *fit) {
-  size_t bands = fit->bands, count = hetab_measurements_count(m);
+  size_t bands = fit->bands, count = hetab_measurements_pair_count(m);
   memcpy(fit->band_of, p->data.band_of, bands * sizeof *fit->band_of);
   memcpy(fit->lambda_um, p->data.lambda_um, bands * sizeof *fit->lambda_um);
   for (size_t b = 0; b < bands; b++)

@@ -35,7 +35,7 @@ void hetab_fit_data_clear(hetab_fit_data *data) {
 static size_t nearest_band(const hetab_measurements *m, double lambda_um) {
   const double *all = hetab_measurements_lambda_um(m);
   size_t best = 0;
-  for (size_t b = 1; b < hetab_measurements_wavelengths(m); b++)
+  for (size_t b = 1; b < hetab_measurements_wavelength_count(m); b++)
     if (fabs(all[b] - lambda_um) < fabs(all[best] - lambda_um))
       best = b;
   return best;
@@ -44,7 +44,7 @@ static size_t nearest_band(const hetab_measurements *m, double lambda_um) {
 static hetab_status choose_bands(hetab_context *ctx, const hetab_measurements *m,
                                  const hetab_fit_options *o, hetab_fit_data *data) {
   const double *all = hetab_measurements_lambda_um(m);
-  data->bands = o->lambda_count ? o->lambda_count : hetab_measurements_wavelengths(m);
+  data->bands = o->lambda_count ? o->lambda_count : hetab_measurements_wavelength_count(m);
   if (data->bands > HETAB_FIT_MOST_BANDS)
     return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "%zu wavelengths: choose at most %d of them",
                       data->bands, HETAB_FIT_MOST_BANDS);
@@ -59,7 +59,7 @@ static hetab_status choose_bands(hetab_context *ctx, const hetab_measurements *m
                         "%s: no measurements at %g nm, the nearest are at %g nm: choose one of its "
                         "%zu wavelengths",
                         hetab_measurements_name(m), 1e3 * o->lambda_um[b], 1e3 * all[band],
-                        hetab_measurements_wavelengths(m));
+                        hetab_measurements_wavelength_count(m));
     data->band_of[b] = band;
   }
   return HETAB_OK;
@@ -87,19 +87,19 @@ static hetab_status sort_bands(hetab_context *ctx, const hetab_measurements *m,
 /* ---- pairs ------------------------------------------------------------------------------------
  */
 
-static int is_in_plane(const hetab_pair_of_directions *p) {
+static int is_in_plane(const hetab_directions *p) {
   double phi = degrees(p->phi), normal = degrees(fmin(p->theta_i, p->theta_r));
   return phi <= PLANE_TOLERANCE_DEG || phi >= 180 - PLANE_TOLERANCE_DEG || normal <= SAME_ANGLE_DEG;
 }
 
-static double from_mirror_deg(const hetab_pair_of_directions *p) {
+static double from_mirror_deg(const hetab_directions *p) {
   double cosine =
       cos(p->theta_i) * cos(p->theta_r) - sin(p->theta_i) * sin(p->theta_r) * cos(p->phi);
   return degrees(acos(fmin(fmax(cosine, -1), 1)));
 }
 
 static int has_value(const hetab_measurements *m, const hetab_fit_data *data, size_t i) {
-  const double *values = hetab_measurements_values(m) + i * hetab_measurements_wavelengths(m);
+  const double *values = hetab_measurements_values(m) + i * hetab_measurements_wavelength_count(m);
   for (size_t b = 0; b < data->bands; b++)
     if (!isnan(values[data->band_of[b]]))
       return 1;
@@ -109,7 +109,7 @@ static int has_value(const hetab_measurements *m, const hetab_fit_data *data, si
 /* found[theta_i_count]: which of the incidences asked for are there. */
 static int is_chosen(const hetab_measurements *m, const hetab_fit_options *o,
                      const hetab_fit_data *data, size_t i, unsigned char *found) {
-  const hetab_pair_of_directions *p = &hetab_measurements_pairs(m)[i];
+  const hetab_directions *p = &hetab_measurements_pairs(m)[i];
   int incidence = o->theta_i_count == 0;
   for (size_t t = 0; t < o->theta_i_count; t++)
     if (fabs(degrees(p->theta_i) - o->theta_i_deg[t]) <= INCIDENCE_TOLERANCE_DEG)
@@ -146,10 +146,10 @@ static hetab_status choose_pairs(hetab_context *ctx, const hetab_measurements *m
                                  const hetab_fit_options *o, hetab_fit_data *data) {
   hetab_status status = HETAB_OK;
   unsigned char *found = hetab_alloc(ctx, o->theta_i_count, 1);
-  data->pair_of = hetab_alloc(ctx, hetab_measurements_count(m), sizeof *data->pair_of);
+  data->pair_of = hetab_alloc(ctx, hetab_measurements_pair_count(m), sizeof *data->pair_of);
   if (!found || !data->pair_of)
     status = HETAB_ERR_MEMORY;
-  for (size_t i = 0; status == HETAB_OK && i < hetab_measurements_count(m); i++)
+  for (size_t i = 0; status == HETAB_OK && i < hetab_measurements_pair_count(m); i++)
     if (is_chosen(m, o, data, i, found))
       data->pair_of[data->count++] = i;
   if (status == HETAB_OK)
@@ -166,7 +166,7 @@ static hetab_status choose_pairs(hetab_context *ctx, const hetab_measurements *m
 
 static hetab_status copy_values(hetab_context *ctx, const hetab_measurements *m,
                                 hetab_fit_data *data) {
-  size_t wavelengths = hetab_measurements_wavelengths(m);
+  size_t wavelengths = hetab_measurements_wavelength_count(m);
   data->pairs = hetab_alloc(ctx, data->count, sizeof *data->pairs);
   data->measured = hetab_alloc(ctx, data->count * data->bands, sizeof *data->measured);
   data->weight = hetab_alloc(ctx, data->count * data->bands, sizeof *data->weight);

@@ -3,11 +3,11 @@
 #ifndef HETAB_FIT_FIT_INTERNAL_H
 #define HETAB_FIT_FIT_INTERNAL_H
 
-#include <CL/cl.h>
 #include <hetab/fit.h>
 #include <hetab/reflectance.h>
 
 #include "core/context.h"
+#include "engine/points.h"
 
 enum { HETAB_FIT_MOST_FREE = 3 }; /* unknowns but the diffuse part: two of roughness, and n */
 enum { HETAB_FIT_MOST_BANDS = 1024, HETAB_FIT_MOST_DIFFUSE = 256 };
@@ -28,14 +28,14 @@ hetab_status hetab_fit_bounds_check(hetab_context *ctx, const hetab_fit_options 
 
 typedef struct hetab_fit_data {
   size_t count, bands;
-  size_t *pair_of;                 /* [count] places in the measurements */
-  hetab_pair_of_directions *pairs; /* [count] */
-  size_t *band_of;                 /* [bands] places in the measurements, by wavelength */
-  double *lambda_um;               /* [bands] ascending */
-  double *measured;                /* [count][bands] */
-  double *weight;                  /* [count][bands], 0: not in the fit */
-  size_t *incidence;               /* [count] */
-  double *theta_i_deg;             /* [incidence_count] */
+  size_t *pair_of;         /* [count] places in the measurements */
+  hetab_directions *pairs; /* [count] */
+  size_t *band_of;         /* [bands] places in the measurements, by wavelength */
+  double *lambda_um;       /* [bands] ascending */
+  double *measured;        /* [count][bands] */
+  double *weight;          /* [count][bands], 0: not in the fit */
+  size_t *incidence;       /* [count] */
+  double *theta_i_deg;     /* [incidence_count] */
   size_t incidence_count;
   double scale; /* of the objective: sum w f^2, or sum w for logarithms */
   size_t values, missing, thinned;
@@ -52,9 +52,8 @@ void hetab_fit_data_clear(hetab_fit_data *data);
 
 typedef struct hetab_fit_model {
   hetab_engine *engine;
-  cl_kernel kernel;
+  hetab_places *places;
   hetab_surface *surface; /* its roughness and n are set before each evaluation */
-  double *columns;        /* of a batch */
   hetab_reflectance *reflectances;
   double *theta_i_deg; /* of the active incidences */
 } hetab_fit_model;
@@ -67,7 +66,7 @@ void hetab_fit_model_clear(hetab_fit_model *model);
 void hetab_fit_model_set(hetab_fit_model *model, double sigma0_um, double tau_um, double n);
 /* f_dd, 1/sr: dd[count][bands]. */
 hetab_status hetab_fit_model_dd(hetab_context *ctx, hetab_fit_model *model,
-                                const hetab_pair_of_directions *pairs, size_t count, double *dd);
+                                const hetab_directions *pairs, size_t count, double *dd);
 /* What the bound leaves for the diffuse part at the active incidences (NULL: all):
  * room[incidence][band], infinite elsewhere. Of all, model->reflectances holds [band][incidence].
  */

@@ -172,7 +172,7 @@ static void note_undetermined(notes *n) {
 /* ---- the measurements -------------------------------------------------------------------------
  */
 
-static int is_near_mirror(const hetab_pair_of_directions *p) {
+static int is_near_mirror(const hetab_directions *p) {
   double cosine =
       cos(p->theta_i) * cos(p->theta_r) - sin(p->theta_i) * sin(p->theta_r) * cos(p->phi);
   return cosine > cos(MIRROR_DEG * M_PI / 180);

@@ -195,13 +195,13 @@ static size_t find_curve(const hetab_prediction *p, double theta_i_deg, double l
 }
 
 /* Degrees between the view and the mirror direction. */
-static double from_mirror(const hetab_pair_of_directions *pair) {
+static double from_mirror(const hetab_directions *pair) {
   double cosine = cos(pair->theta_i) * cos(pair->theta_r) -
                   sin(pair->theta_i) * sin(pair->theta_r) * cos(pair->phi);
   return acos(fmax(-1, fmin(1, cosine))) / degree;
 }
 
-static hetab_predicted_point judged_point(size_t curve, const hetab_pair_of_directions *pair,
+static hetab_predicted_point judged_point(size_t curve, const hetab_directions *pair,
                                           double measured) {
   double phi_deg = pair->phi / degree, theta_r_deg = pair->theta_r / degree;
   int light_side = phi_deg <= in_plane_deg, mirror_side = phi_deg >= 180 - in_plane_deg;
@@ -213,10 +213,10 @@ static hetab_predicted_point judged_point(size_t curve, const hetab_pair_of_dire
 }
 
 static hetab_status fail_apart(const job *j, const hetab_measurements *m) {
-  const hetab_pair_of_directions *pairs = hetab_measurements_pairs(m);
+  const hetab_directions *pairs = hetab_measurements_pairs(m);
   const double *lambda_um = hetab_measurements_lambda_um(m);
   double first = INFINITY, last = 0;
-  for (size_t i = 0; i < hetab_measurements_count(m); i++) {
+  for (size_t i = 0; i < hetab_measurements_pair_count(m); i++) {
     first = fmin(first, pairs[i].theta_i / degree);
     last = fmax(last, pairs[i].theta_i / degree);
   }
@@ -224,14 +224,14 @@ static hetab_status fail_apart(const job *j, const hetab_measurements *m) {
                     "%s: no measurement at any of these incidences and wavelengths: choose some "
                     "that it has, theta_i from %.5g to %.5g degrees, %.6g to %.6g nm",
                     hetab_measurements_name(m), first, last, 1000 * lambda_um[0],
-                    1000 * lambda_um[hetab_measurements_wavelengths(m) - 1]);
+                    1000 * lambda_um[hetab_measurements_wavelength_count(m) - 1]);
 }
 
 static hetab_status choose_points(job *j) {
   const hetab_measurements *m = j->options->measurements;
   hetab_prediction *p = j->out;
-  const hetab_pair_of_directions *pairs = hetab_measurements_pairs(m);
-  size_t bands = hetab_measurements_wavelengths(m), count = hetab_measurements_count(m);
+  const hetab_directions *pairs = hetab_measurements_pairs(m);
+  size_t bands = hetab_measurements_wavelength_count(m), count = hetab_measurements_pair_count(m);
   p->points = hetab_alloc(j->ctx, count * bands, sizeof *p->points);
   if (!p->points)
     return HETAB_ERR_MEMORY;
@@ -287,7 +287,7 @@ static hetab_status bound_points(job *j) {
   hetab_bounds *bounds = hetab_alloc(j->ctx, p->point_count, sizeof *bounds);
   hetab_status status = points && bounds ? HETAB_OK : HETAB_ERR_MEMORY;
   for (size_t i = 0; i < p->point_count && status == HETAB_OK; i++) {
-    const hetab_pair_of_directions *d = &p->points[i].directions;
+    const hetab_directions *d = &p->points[i].directions;
     const hetab_band *band = &j->bands[p->points[i].curve / j->options->theta_i_count];
     points[i] = point_at(j, band, d->theta_i, d->theta_r, d->phi);
   }

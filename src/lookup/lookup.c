@@ -116,14 +116,14 @@ static hetab_status open_h5(hetab_context *ctx, const char *path, hetab_lookup_r
   hetab_h5_table *h5;
   HETAB_TRY(hetab_h5_open_any(ctx, path, &h5));
   hetab_status status = read_h5(ctx, h5, path, rule, table);
-  hetab_h5_close(h5);
+  hetab_h5_free(h5);
   return status;
 }
 
 static hetab_status open_rgl(hetab_context *ctx, const char *path, hetab_lookup *table) {
   HETAB_TRY(hetab_rgl_load(ctx, path, &table->rgl));
   const double *lambda_um = hetab_rgl_wavelengths_um(table->rgl);
-  table->channels = hetab_rgl_channels(table->rgl);
+  table->channels = hetab_rgl_channel_count(table->rgl);
   if (lambda_um)
     HETAB_TRY(copy_wavelengths(ctx, lambda_um, table));
   return hetab_specular_beside(ctx, path, table->channels, table->lambda_um, &table->specular);
@@ -168,8 +168,12 @@ void hetab_lookup_free(hetab_lookup *table) {
   free(table);
 }
 
-size_t hetab_lookup_channels(const hetab_lookup *table) {
+size_t hetab_lookup_channel_count(const hetab_lookup *table) {
   return table->channels;
+}
+
+size_t hetab_lookup_negative(const hetab_lookup *table) {
+  return table->rgl ? hetab_rgl_negative(table->rgl) : 0;
 }
 
 const double *hetab_lookup_wavelengths_um(const hetab_lookup *table) {
@@ -233,4 +237,24 @@ void hetab_lookup_albedo(const hetab_lookup *table, const float wi[3], float *va
 
 void hetab_lookup_specular(const hetab_lookup *table, const float wi[3], float *value) {
   hetab_specular_at(&table->specular, wi[2], value);
+}
+
+/* ---- many ---------------------------------------------------------------------------------- */
+
+void hetab_lookup_pdf_batch(const hetab_lookup *table, size_t count, const float (*wi)[3],
+                            const float (*wo)[3], float *density) {
+  for (size_t i = 0; i < count; i++)
+    density[i] = hetab_lookup_pdf(table, wi[i], wo[i]);
+}
+
+void hetab_lookup_albedo_batch(const hetab_lookup *table, size_t count, const float (*wi)[3],
+                               float *value) {
+  for (size_t i = 0; i < count; i++)
+    hetab_lookup_albedo(table, wi[i], value + i * table->channels);
+}
+
+void hetab_lookup_specular_batch(const hetab_lookup *table, size_t count, const float (*wi)[3],
+                                 float *value) {
+  for (size_t i = 0; i < count; i++)
+    hetab_lookup_specular(table, wi[i], value + i * table->channels);
 }

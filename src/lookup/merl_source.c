@@ -123,7 +123,7 @@ void hetab_merl_nearest(const hetab_merl *merl, const float wi[3], const float w
   double theta_i = atan2(hypot((double)wi[0], (double)wi[1]), (double)wi[2]);
   double theta_r = atan2(hypot((double)wo[0], (double)wo[1]), (double)wo[2]), rgb[CHANNELS];
   double phi = atan2((double)wo[1], (double)wo[0]) - atan2((double)wi[1], (double)wi[0]);
-  hetab_merl_lookup(merl, theta_i, theta_r, phi, rgb);
+  hetab_merl_lookup(merl, (hetab_directions){theta_i, theta_r, phi}, rgb);
   for (int c = 0; c < CHANNELS; c++)
     value[c] = (float)fmin(fmax(rgb[c], 0), 1e30);
 }

@@ -79,7 +79,7 @@ static hetab_status grow(hetab_sheet *sheet) {
                             "more than %zu rows of %zu wavelengths: give fewer of either, or split "
                             "the file",
                             sheet->count, sheet->wavelengths);
-  hetab_pair_of_directions *pairs = realloc(sheet->pairs, capacity * sizeof *pairs);
+  hetab_directions *pairs = realloc(sheet->pairs, capacity * sizeof *pairs);
   if (pairs)
     sheet->pairs = pairs;
   double *values = pairs ? realloc(sheet->values, capacity * row) : NULL;
@@ -102,12 +102,11 @@ static hetab_status check_angles(hetab_sheet *sheet, const hetab_measured_angles
 }
 
 /* Folded: the models here are symmetric in phi. */
-static hetab_pair_of_directions fold(const hetab_measured_angles *a) {
+static hetab_directions fold(const hetab_measured_angles *a) {
   double phi = a->phi_r - a->phi_i;
   if ((a->theta_i < 0) != (a->theta_r < 0))
     phi += M_PI;
-  return (hetab_pair_of_directions){fabs(a->theta_i), fabs(a->theta_r),
-                                    fabs(remainder(phi, 2 * M_PI))};
+  return (hetab_directions){fabs(a->theta_i), fabs(a->theta_r), fabs(remainder(phi, 2 * M_PI))};
 }
 
 static double counted(hetab_sheet *sheet, double value) {
@@ -124,7 +123,7 @@ hetab_status hetab_sheet_add(hetab_sheet *sheet, const hetab_measured_angles *an
                              const double *values) {
   HETAB_TRY(check_angles(sheet, angles));
   HETAB_TRY(grow(sheet));
-  hetab_pair_of_directions pair = fold(angles);
+  hetab_directions pair = fold(angles);
   if (pair.theta_i >= M_PI_2 || pair.theta_r >= M_PI_2) {
     sheet->skipped.below_horizon++;
     return HETAB_OK;

@@ -15,7 +15,7 @@ typedef struct hetab_sheet {
   double *lambda_um; /* [wavelengths], ascending */
   size_t *column;    /* [wavelengths]: where the file's i-th wavelength goes */
   size_t wavelengths;
-  hetab_pair_of_directions *pairs;
+  hetab_directions *pairs;
   double *values; /* [count][wavelengths] */
   size_t count, capacity;
   hetab_measurements_skipped skipped;

@@ -56,7 +56,7 @@ static hetab_status check_wavelengths(hetab_context *ctx, const hetab_measuremen
   return HETAB_OK;
 }
 
-static int above_horizon(const hetab_pair_of_directions *pair) {
+static int above_horizon(const hetab_directions *pair) {
   return pair->theta_i >= 0 && pair->theta_i < M_PI_2 && pair->theta_r >= 0 &&
          pair->theta_r < M_PI_2;
 }
@@ -86,7 +86,7 @@ hetab_status hetab_measurements_clean(hetab_context *ctx, hetab_measurements *m)
   HETAB_TRY(check_wavelengths(ctx, m));
   size_t kept = 0;
   for (size_t i = 0; i < m->count; i++) {
-    hetab_pair_of_directions pair = m->pairs[i];
+    hetab_directions pair = m->pairs[i];
     if (isnan(pair.theta_i) || isnan(pair.theta_r) || !isfinite(pair.phi)) {
       m->skipped.not_finite++;
       continue;
@@ -111,7 +111,7 @@ hetab_status hetab_measurements_clean(hetab_context *ctx, hetab_measurements *m)
 }
 
 hetab_status hetab_measurements_create(hetab_context *ctx, const double *lambda_um,
-                                       size_t wavelengths, const hetab_pair_of_directions *pairs,
+                                       size_t wavelengths, const hetab_directions *pairs,
                                        size_t count, const double *values,
                                        hetab_measurements **out) {
   hetab_measurements *made;
@@ -137,7 +137,7 @@ const char *hetab_measurements_name(const hetab_measurements *measurements) {
   return measurements->name;
 }
 
-size_t hetab_measurements_wavelengths(const hetab_measurements *measurements) {
+size_t hetab_measurements_wavelength_count(const hetab_measurements *measurements) {
   return measurements->wavelengths;
 }
 
@@ -145,11 +145,11 @@ const double *hetab_measurements_lambda_um(const hetab_measurements *measurement
   return measurements->lambda_um;
 }
 
-size_t hetab_measurements_count(const hetab_measurements *measurements) {
+size_t hetab_measurements_pair_count(const hetab_measurements *measurements) {
   return measurements->count;
 }
 
-const hetab_pair_of_directions *hetab_measurements_pairs(const hetab_measurements *measurements) {
+const hetab_directions *hetab_measurements_pairs(const hetab_measurements *measurements) {
   return measurements->pairs;
 }
 

@@ -114,6 +114,6 @@ hetab_status hetab_measurements_read_h5(hetab_sheet *sheet) {
   picked p = {0};
   HETAB_TRY(hetab_h5_open(sheet->ctx, sheet->path, &p.table));
   hetab_status status = read_table(sheet, &p);
-  hetab_h5_close(p.table);
+  hetab_h5_free(p.table);
   return status;
 }

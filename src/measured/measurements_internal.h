@@ -9,9 +9,9 @@
 struct hetab_measurements {
   char *name;
   size_t wavelengths, count;
-  double *lambda_um;               /* [wavelengths] */
-  hetab_pair_of_directions *pairs; /* [count] */
-  double *values;                  /* [count][wavelengths] */
+  double *lambda_um;       /* [wavelengths] */
+  hetab_directions *pairs; /* [count] */
+  double *values;          /* [count][wavelengths] */
   hetab_measurements_skipped skipped;
 };
 

@@ -100,3 +100,7 @@ hetab_status hetab_srgb_weights(hetab_context *ctx, const double *lambda_um, siz
   }
   return HETAB_OK;
 }
+
+double hetab_luminance(const float rgb[3]) {
+  return 0.2126 * (double)rgb[0] + 0.7152 * (double)rgb[1] + 0.0722 * (double)rgb[2];
+}

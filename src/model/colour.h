@@ -20,4 +20,7 @@ void hetab_xyz_to_srgb(const double xyz[3], double rgb[3]);
 hetab_status hetab_srgb_weights(hetab_context *ctx, const double *lambda_um, size_t count,
                                 double (*weights)[3]);
 
+/* Of linear sRGB; of one wavelength, which is in all three, that. */
+double hetab_luminance(const float rgb[3]);
+
 #endif

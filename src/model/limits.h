@@ -3,7 +3,7 @@
 #ifndef HETAB_MODEL_LIMITS_H
 #define HETAB_MODEL_LIMITS_H
 
-#include <hetab/evaluate.h>
+#include <hetab/types.h>
 #include <hetab/surface.h>
 
 #include "core/context.h"

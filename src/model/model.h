@@ -5,7 +5,7 @@
 
 #include <stddef.h>
 
-#include <hetab/evaluate.h>
+#include <hetab/types.h>
 #include <hetab/surface.h>
 
 /* One direction's polar angle. */

@@ -1,14 +1,8 @@
 #include "roughness/heights.h"
 
-#include <errno.h>
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include "core/text.h"
-
-static const size_t most_bytes = (size_t)1 << 30;
 
 /* ---- handles ------------------------------------------------------------------------------- */
 
@@ -58,7 +52,7 @@ static hetab_status check_heights(hetab_context *ctx, const hetab_heights *h) {
   return HETAB_OK;
 }
 
-static hetab_status keep_checked(hetab_context *ctx, hetab_status status, hetab_heights **out) {
+hetab_status hetab_heights_keep(hetab_context *ctx, hetab_status status, hetab_heights **out) {
   if (status == HETAB_OK)
     status = check_heights(ctx, *out);
   if (status != HETAB_OK) {
@@ -78,7 +72,7 @@ hetab_status hetab_heights_create(hetab_context *ctx, const char *name, hetab_he
   h->spacing_y_um = kind == HETAB_HEIGHTS_MAP ? spacing_y_um : 0;
   for (size_t i = 0; i < rows * columns; i++)
     h->z_um[i] = isfinite(z_um[i]) ? z_um[i] : (double)NAN;
-  return keep_checked(ctx, HETAB_OK, out);
+  return hetab_heights_keep(ctx, HETAB_OK, out);
 }
 
 void hetab_heights_free(hetab_heights *heights) {
@@ -97,11 +91,11 @@ hetab_heights_kind hetab_heights_kind_of(const hetab_heights *heights) {
   return heights->kind;
 }
 
-size_t hetab_heights_columns(const hetab_heights *heights) {
+size_t hetab_heights_column_count(const hetab_heights *heights) {
   return heights->columns;
 }
 
-size_t hetab_heights_rows(const hetab_heights *heights) {
+size_t hetab_heights_row_count(const hetab_heights *heights) {
   return heights->rows;
 }
 
@@ -115,60 +109,4 @@ double hetab_heights_spacing_y_um(const hetab_heights *heights) {
 
 const double *hetab_heights_z_um(const hetab_heights *heights) {
   return heights->z_um;
-}
-
-/* ---- files --------------------------------------------------------------------------------- */
-
-static hetab_status read_text(hetab_context *ctx, const char *path, char **text) {
-  size_t length;
-  hetab_status status = hetab_text_read_any(ctx, path, most_bytes, text, &length);
-  if (status != HETAB_ERR_PARSE)
-    return status;
-  return hetab_fail(ctx, status,
-                    "%s: neither X3P, nor SDF, nor text below 1 GiB: export the scan as one of "
-                    "them",
-                    path);
-}
-
-/* The file's first bytes. Of a pipe none, for its reader would miss them: it is text. */
-static hetab_status read_signature(hetab_context *ctx, const char *path, char head[5]) {
-  struct stat about;
-  memset(head, 0, 5);
-  if (stat(path, &about) == 0 && !S_ISREG(about.st_mode))
-    return HETAB_OK;
-  FILE *file = fopen(path, "rbe");
-  if (!file)
-    return hetab_fail(ctx, HETAB_ERR_IO, "%s: cannot open: %s: check the path", path,
-                      strerror(errno));
-  (void)!fread(head, 1, 4, file);
-  fclose(file);
-  return HETAB_OK;
-}
-
-static bool starts(const char *text, const char *with) {
-  return strncmp(text, with, strlen(with)) == 0;
-}
-
-static hetab_status read_by_content(hetab_context *ctx, const char *path,
-                                    const hetab_heights_options *options, hetab_heights **out) {
-  char head[5], *text = NULL;
-  HETAB_TRY(read_signature(ctx, path, head));
-  if (starts(head, "PK\3\4"))
-    return hetab_scan_x3p(ctx, path, options, out);
-  if (starts(head, "bISO") || starts(head, "bBCR"))
-    return hetab_fail(ctx, HETAB_ERR_UNSUPPORTED, "%s: binary SDF: export the scan as ASCII SDF",
-                      path);
-  HETAB_TRY(read_text(ctx, path, &text));
-  hetab_status status = starts(text, "aISO") || starts(text, "aBCR")
-                            ? hetab_scan_sdf(ctx, path, text, out)
-                            : hetab_scan_text(ctx, path, text, options, out);
-  free(text);
-  return status;
-}
-
-hetab_status hetab_heights_load(hetab_context *ctx, const char *path,
-                                const hetab_heights_options *options, hetab_heights **out) {
-  *out = NULL;
-  static const hetab_heights_options none;
-  return keep_checked(ctx, read_by_content(ctx, path, options ? options : &none, out), out);
 }

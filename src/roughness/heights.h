@@ -20,6 +20,9 @@ struct hetab_heights {
 hetab_status hetab_heights_new(hetab_context *ctx, const char *name, size_t columns, size_t rows,
                                hetab_heights **out);
 
+/* Frees what was read, *out then being NULL, if status or a check of the heights says so. */
+hetab_status hetab_heights_keep(hetab_context *ctx, hetab_status status, hetab_heights **out);
+
 /* Puts heights z_um[rows][count], whose places are x_um[count], on an even grid: a step of several
  * usual ones becomes missing heights. Fails for steps that are no multiple of the usual, unless
  * resample_um says how far apart to interpolate. */

@@ -150,7 +150,7 @@ static void level_part(double *z, size_t columns, size_t rows,
 
 hetab_status hetab_level_heights(hetab_context *ctx, const hetab_heights *heights,
                                  const hetab_roughness_options *options, hetab_levelled *out) {
-  size_t columns = hetab_heights_columns(heights), rows = hetab_heights_rows(heights);
+  size_t columns = hetab_heights_column_count(heights), rows = hetab_heights_row_count(heights);
   out->z_um = hetab_alloc(ctx, rows * columns, sizeof *out->z_um);
   out->marked = hetab_alloc(ctx, rows * columns, 1);
   if (!out->z_um || !out->marked) {

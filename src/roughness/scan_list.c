@@ -11,8 +11,8 @@ static bool is_map(const hetab_heights *heights) {
 
 static void add_scans(hetab_scan_list *list, size_t input, bool columns) {
   const hetab_heights *h = list->heights[input];
-  size_t scans = columns ? hetab_heights_columns(h) : hetab_heights_rows(h);
-  size_t count = columns ? hetab_heights_rows(h) : hetab_heights_columns(h);
+  size_t scans = columns ? hetab_heights_column_count(h) : hetab_heights_row_count(h);
+  size_t count = columns ? hetab_heights_row_count(h) : hetab_heights_column_count(h);
   double spacing = columns ? hetab_heights_spacing_y_um(h) : hetab_heights_spacing_um(h);
   for (size_t i = 0; i < scans; i++)
     list->scans[list->count++] = (hetab_listed_scan){input, i, columns, count, spacing};
@@ -23,8 +23,8 @@ static void add_scans(hetab_scan_list *list, size_t input, bool columns) {
 static hetab_status list_scans(hetab_context *ctx, hetab_scan_list *list) {
   size_t total = 0;
   for (size_t i = 0; i < list->inputs; i++)
-    total += hetab_heights_rows(list->heights[i]) +
-             (is_map(list->heights[i]) ? hetab_heights_columns(list->heights[i]) : 0);
+    total += hetab_heights_row_count(list->heights[i]) +
+             (is_map(list->heights[i]) ? hetab_heights_column_count(list->heights[i]) : 0);
   list->scans = hetab_alloc(ctx, total, sizeof *list->scans);
   if (!list->scans)
     return HETAB_ERR_MEMORY;
@@ -63,7 +63,7 @@ void hetab_scan_list_free(hetab_scan_list *list) {
 
 /* Where point k of the scan is in its input. */
 static size_t place_of(const hetab_scan_list *list, const hetab_listed_scan *scan, size_t k) {
-  size_t columns = hetab_heights_columns(list->heights[scan->input]);
+  size_t columns = hetab_heights_column_count(list->heights[scan->input]);
   return scan->is_column ? k * columns + scan->index : scan->index * columns + k;
 }
 
@@ -76,7 +76,7 @@ void hetab_scan_list_get(const hetab_scan_list *list, size_t i, double *z_um) {
 static char *name_of(const hetab_heights *h, const hetab_listed_scan *scan) {
   char *name = NULL;
   const char *what = is_map(h) ? scan->is_column ? "column" : "row" : "scan";
-  if (hetab_heights_rows(h) == 1)
+  if (hetab_heights_row_count(h) == 1)
     return strdup(hetab_heights_name(h));
   return asprintf(&name, "%s %s %zu", hetab_heights_name(h), what, scan->index + 1) < 0 ? NULL
                                                                                         : name;

@@ -182,12 +182,6 @@ hetab_status hetab_surface_preset(hetab_context *ctx, const char *name, hetab_su
   return HETAB_OK;
 }
 
-hetab_status hetab_surface_open(hetab_context *ctx, const char *name_or_path, hetab_surface **out) {
-  if (strchr(name_or_path, '/') || hetab_has_extension(name_or_path, hetab_yaml_extensions))
-    return hetab_surface_load(ctx, name_or_path, out);
-  return hetab_surface_preset(ctx, name_or_path, out);
-}
-
 /* ---- reading it ---- */
 
 const char *hetab_surface_name(const hetab_surface *surface) {

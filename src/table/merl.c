@@ -257,8 +257,8 @@ static size_t truncated(double position, size_t count) {
   return position < (double)count ? (size_t)position : count - 1;
 }
 
-size_t hetab_merl_cell(double theta_i, double theta_r, double phi) {
-  hetab_half_diff angles = hetab_half_diff_of(theta_i, theta_r, phi);
+size_t hetab_merl_cell(hetab_directions at) {
+  hetab_half_diff angles = hetab_half_diff_of(at.theta_i, at.theta_r, at.phi);
   /* f(i, r) = f(r, i): phi_d and phi_d + pi share a cell. */
   double phi_d = angles.phi_d < 0 ? angles.phi_d + pi : angles.phi_d;
   double theta_h_deg = angles.theta_h / half_pi * 90;
@@ -268,9 +268,8 @@ size_t hetab_merl_cell(double theta_i, double theta_r, double phi) {
   return (h * HETAB_MERL_THETA_D + d) * HETAB_MERL_PHI_D + p;
 }
 
-void hetab_merl_lookup(const hetab_merl *merl, double theta_i, double theta_r, double phi,
-                       double rgb[3]) {
-  size_t cell = hetab_merl_cell(theta_i, theta_r, phi);
+void hetab_merl_lookup(const hetab_merl *merl, hetab_directions at, double rgb[3]) {
+  size_t cell = hetab_merl_cell(at);
   for (int c = 0; c < CHANNELS; c++)
     rgb[c] = merl->values[c][cell];
 }

@@ -2,7 +2,7 @@
 #ifndef HETAB_TABLE_TABLE_FORMAT_H
 #define HETAB_TABLE_TABLE_FORMAT_H
 
-#include <hetab/convert.h>
+#include <hetab/types.h>
 
 #include "core/context.h"
 

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "core/context.h"
-#include "view/view.h"
+#include "model/colour.h"
 
 static const double pi = 3.14159265358979323846;
 /* ln of the range of distances: lobes of 1e-4 in direction cosines are a hundredth of a degree. */
@@ -68,7 +68,7 @@ static void aim(double theta, hetab_lobe_size size, float (*fixed)[3], float (*o
 }
 
 static hetab_lobe_node make_node(const float rgb[3]) {
-  double y = hetab_view_luminance(rgb);
+  double y = hetab_luminance(rgb);
   hetab_lobe_node node = {.log = (float)log(fmax(y, least))};
   for (int c = 0; c < 3; c++)
     node.ratio[c] = y > least ? (float)((double)rgb[c] / y) : 0;

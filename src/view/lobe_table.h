@@ -4,7 +4,7 @@
 #ifndef HETAB_VIEW_LOBE_TABLE_H
 #define HETAB_VIEW_LOBE_TABLE_H
 
-#include "view/source.h"
+#include "view/view_source.h"
 
 /* Rays over half a turn, and nodes of a ray; 2 or more. */
 typedef struct hetab_lobe_size {

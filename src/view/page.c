@@ -4,7 +4,8 @@
 #include <stdlib.h>
 
 #include "core/context.h"
-#include "view/view.h"
+#include "model/colour.h"
+#include "view/view_parts.h"
 
 static const double pi = 3.14159265358979323846;
 
@@ -153,7 +154,7 @@ static void choose_decades(const hetab_view *view, plot *f) {
   double most = -HUGE_VAL, least = HUGE_VAL;
   for (size_t k = 0; k < view->theta_i_count; k++)
     for (size_t i = 0; i < HETAB_LOBE_POINTS; i++) {
-      double y = hetab_view_luminance(view->lobes[k][i]);
+      double y = hetab_luminance(view->lobes[k][i]);
       if (y > 0) {
         most = fmax(most, log10(y));
         least = fmin(least, log10(y));
@@ -192,7 +193,7 @@ static void draw_axes(const page *p, const plot *f) {
 static void draw_curve(const page *p, const plot *f, size_t k) {
   double last_x = 0, last_y = 0;
   for (size_t i = 0; i < HETAB_LOBE_POINTS; i++) {
-    double value = hetab_view_luminance(p->view->lobes[k][i]);
+    double value = hetab_luminance(p->view->lobes[k][i]);
     double x = plot_x(f, (double)p->view->lobe_theta_r_deg[k][i]) * p->unit;
     double y = plot_y(f, fmax(value > 0 ? log10(value) : -HUGE_VAL, f->decade_from)) * p->unit;
     double floor_y = f->bottom * p->unit;
@@ -268,7 +269,7 @@ static scale choose_scale(const hetab_view *view) {
   size_t pixels = view->map_side * view->map_side;
   for (size_t k = 0; k < view->theta_i_count; k++)
     for (size_t i = 0; i < pixels; i++) {
-      double y = hetab_view_luminance(view->maps[k][i]);
+      double y = hetab_luminance(view->maps[k][i]);
       most = fmax(most, y);
       if (y > 0)
         least = fmin(least, y);
@@ -318,8 +319,8 @@ static void draw_map(const page *p, size_t k, double left, double top, const sca
   for (size_t i = 0; i < side * side; i++) {
     int x = (int)(i % side), y = (int)(i / side);
     if (hypot(x + 0.5 - half, y + 0.5 - half) < half)
-      hetab_canvas_pixel(p->canvas, x0 + x, y0 + y,
-                         colour_of(s, hetab_view_luminance(view->maps[k][i])), 1);
+      hetab_canvas_pixel(p->canvas, x0 + x, y0 + y, colour_of(s, hetab_luminance(view->maps[k][i])),
+                         1);
   }
   draw_rings(p, cx, cy, half);
   mark(p, cx - place, cy, 0);

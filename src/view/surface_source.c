@@ -8,7 +8,7 @@
 
 #include "core/context.h"
 #include "model/colour.h"
-#include "view/source.h"
+#include "view/view_source.h"
 
 enum { BATCH = 1 << 16 }; /* points */
 

@@ -4,7 +4,7 @@
 
 #include "core/context.h"
 #include "model/colour.h"
-#include "view/source.h"
+#include "view/view_source.h"
 
 static hetab_status check_colour(hetab_context *ctx, const hetab_view_source *s,
                                  const float rgb[3]) {
@@ -95,7 +95,7 @@ hetab_status hetab_view_source_table(hetab_context *ctx, const hetab_lookup *tab
                                      hetab_view_source *s) {
   *s = (hetab_view_source){.eval = eval_table, .specular = specular_table, .table = table};
   const double *lambda_um = hetab_lookup_wavelengths_um(table);
-  s->channels = hetab_lookup_channels(table);
+  s->channels = hetab_lookup_channel_count(table);
   snprintf(s->title, sizeof s->title, "%s", title);
   if (wavelength_um > 0)
     snprintf(s->subtitle, sizeof s->subtitle, "table of %zu wavelengths, at %.5g nm", s->channels,

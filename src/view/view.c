@@ -1,4 +1,4 @@
-#include "view/view.h"
+#include "view/view_parts.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -10,10 +10,6 @@
 enum { LEAST_WIDTH = 640, MOST_WIDTH = 8192, DEFAULT_WIDTH = 1280 };
 
 static const double degree = 3.14159265358979323846 / 180;
-
-double hetab_view_luminance(const float rgb[3]) {
-  return 0.2126 * (double)rgb[0] + 0.7152 * (double)rgb[1] + 0.0722 * (double)rgb[2];
-}
 
 static hetab_status take_options(hetab_context *ctx, const hetab_view_options *o,
                                  hetab_view *view) {

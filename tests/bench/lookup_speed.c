@@ -46,7 +46,7 @@ static void evaluate_batch(const hetab_lookup *table, load *l) {
 }
 
 static void evaluate_single(const hetab_lookup *table, load *l) {
-  size_t channels = hetab_lookup_channels(table);
+  size_t channels = hetab_lookup_channel_count(table);
   for (size_t n = 0; n < COUNT; n++)
     hetab_lookup_eval(table, l->wi[n], l->wo[n], l->value + n * channels);
 }
@@ -85,7 +85,7 @@ static void report(hetab_context *ctx, const char *format, const char *path, con
     fail(ctx);
   start = seconds() - start;
   printf("%s,%s,%zu,%s,%.3g,%.4g,%.4g,%.4g", hetab_surface_name(m->surface), format,
-         hetab_lookup_channels(table), rule, start, per_second(evaluate_batch, table, l),
+         hetab_lookup_channel_count(table), rule, start, per_second(evaluate_batch, table, l),
          per_second(evaluate_single, table, l), per_second(sample_batch, table, l));
   for (size_t t = 0; t < sizeof degrees / sizeof *degrees; t++)
     printf(",%.2e", error_at(look_up_table, table, m, degrees[t] * M_PI / 180, PAIRS, &random).l1);
@@ -101,7 +101,7 @@ static void measure_bsdf(hetab_context *ctx, const char *folder, const lookup_mo
   hetab_rgl_report made;
   hetab_rgl_options options = {.bands = HETAB_RGL_RGB};
   snprintf(path, sizeof path, "%s/lookup.bsdf", folder);
-  if (hetab_rgl_tabulate(ctx, srgb->surface, &options, &rgl, &made) != HETAB_OK ||
+  if (hetab_tabulate_rgl(ctx, srgb->surface, &options, &rgl, &made) != HETAB_OK ||
       hetab_rgl_save(ctx, rgl, path, 1) != HETAB_OK)
     fail(ctx);
   hetab_rgl_free(rgl);

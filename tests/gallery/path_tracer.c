@@ -112,7 +112,7 @@ int main(int argc, char **argv) {
     return fprintf(stderr, "usage: path_tracer OUT.png SAMPLES FLOOR SPHERE...\n"), 2;
   for (; count < argc - 3; count++)
     if (hetab_lookup_open(ctx, argv[3 + count], HETAB_LOOKUP_INTERPOLATE, &tables[count]) ||
-        hetab_lookup_channels(tables[count]) != 3)
+        hetab_lookup_channel_count(tables[count]) != 3)
       return fprintf(stderr, "%s: no linear sRGB: %s\n", argv[3 + count], hetab_error_message(ctx));
 #pragma omp parallel for schedule(dynamic)
   for (int i = 0; i < HEIGHT * WIDTH; i++) {

@@ -1,6 +1,6 @@
 /* Where a view's numbers come from: the model, or a table. */
-#ifndef HETAB_VIEW_SOURCE_H
-#define HETAB_VIEW_SOURCE_H
+#ifndef HETAB_VIEW_VIEW_SOURCE_H
+#define HETAB_VIEW_VIEW_SOURCE_H
 
 #include <stddef.h>
 #include <hetab/engine.h>

@@ -1,8 +1,17 @@
-/* The specular reflectance of a surface, Eq. 10: the weight of the delta that tables leave out. */
-#include <hetab/evaluate.h>
+/* The model on the host as the library offers it. */
+#include <hetab/host_model.h>
 
 #include "core/context.h"
+#include "model/limits.h"
 #include "model/model.h"
+
+hetab_status hetab_evaluate_literal(hetab_context *ctx, const hetab_point *points, size_t count,
+                                    hetab_value *values) {
+  HETAB_TRY(hetab_check_points(ctx, points, count));
+  for (size_t i = 0; i < count; i++)
+    values[i] = hetab_literal(&points[i]);
+  return HETAB_OK;
+}
 
 hetab_status hetab_specular_reflectance(hetab_context *ctx, const hetab_surface *surface,
                                         const double *theta_i_deg, size_t count, double *out) {

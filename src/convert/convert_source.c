@@ -1,4 +1,4 @@
-#include "convert/source.h"
+#include "convert/convert_source.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -47,7 +47,7 @@ static hetab_status open_merl(hetab_context *ctx, hetab_convert_source *source) 
 }
 
 static hetab_status choose_channels(hetab_context *ctx, int srgb, hetab_convert_source *source) {
-  source->channels_in = source->channels = hetab_lookup_channels(source->table);
+  source->channels_in = source->channels = hetab_lookup_channel_count(source->table);
   source->lambda_um = hetab_lookup_wavelengths_um(source->table);
   if (!srgb || !source->lambda_um)
     return HETAB_OK;

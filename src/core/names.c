@@ -1,5 +1,5 @@
 /* Words for the enumerations that files and reports name. */
-#include <hetab/engine.h>
+#include <hetab/types.h>
 
 const char *hetab_method_name(hetab_method method) {
   static const char *const names[] = {"rows", "series", "literal"};

@@ -1,6 +1,6 @@
 /* A view's data, and what draws them. */
-#ifndef HETAB_VIEW_VIEW_H
-#define HETAB_VIEW_VIEW_H
+#ifndef HETAB_VIEW_VIEW_PARTS_H
+#define HETAB_VIEW_VIEW_PARTS_H
 
 #include <hetab/view.h>
 
@@ -26,8 +26,5 @@ size_t hetab_page_map_side(const hetab_view *view);
 size_t hetab_page_sphere_side(const hetab_view *view);
 
 hetab_status hetab_page_draw(hetab_context *ctx, const hetab_view *view, hetab_canvas *page);
-
-/* Of linear sRGB; of one wavelength, which is in all three, that. */
-double hetab_view_luminance(const float rgb[3]);
 
 #endif

@@ -1,0 +1,36 @@
+/* OpenCL devices. */
+#ifndef HETAB_DEVICES_H
+#define HETAB_DEVICES_H
+
+#include <stddef.h>
+#include <hetab/status.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct hetab_device_info {
+  char name[128];
+  char platform[128];
+  char driver[64];
+  char opencl[64]; /* the device's OpenCL version */
+  unsigned compute_units;
+  unsigned float_width, double_width; /* native vector widths; 0 = no double */
+  unsigned long long memory_bytes;
+} hetab_device_info;
+
+/* All OpenCL devices of all platforms, in the order in which --device counts them; free() *list.
+ * None is not an error here: *count = 0. */
+hetab_status hetab_device_list(hetab_context *ctx, hetab_device_info **list, size_t *count);
+
+/* Starts to load the OpenCL runtime on a thread of its own: it brings a compiler along, which takes
+ * tens of milliseconds that reading inputs and laying out files can overlap. Never fails (NULL: no
+ * thread); what goes wrong shows in hetab_engine_create. Finish it before the process exits. */
+typedef struct hetab_preload hetab_preload;
+hetab_preload *hetab_preload_create(void);
+void hetab_preload_free(hetab_preload *preload); /* waits for the thread; NULL is fine */
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,26 @@
+/* The model on the host, in double: no device needed. */
+#ifndef HETAB_HOST_MODEL_H
+#define HETAB_HOST_MODEL_H
+
+#include <stddef.h>
+#include <hetab/surface.h>
+#include <hetab/types.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* The printed equations (Eqs. 6-25) in double on the calling thread, limits where they divide
+ * zero by zero: the executable specification. No device needed. */
+hetab_status hetab_evaluate_literal(hetab_context *ctx, const hetab_point *points, size_t count,
+                                    hetab_value *values);
+
+/* rho_s(theta_i, lambda), Eq. 10: out[band_count][count], theta_i_deg[count], double, on the host.
+ */
+hetab_status hetab_specular_reflectance(hetab_context *ctx, const hetab_surface *surface,
+                                        const double *theta_i_deg, size_t count, double *out);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
