@@ -109,7 +109,8 @@ static hetab_status find_columns(table *t) {
 /* ---- rows ---------------------------------------------------------------------------------- */
 
 static hetab_status read_angles(table *t, double numbers[ROLES]) {
-  static const hetab_rule polar = {-M_PI - 1e-3, M_PI + 1e-3, "a polar angle within 180 degrees"},
+  static const hetab_rule polar = {-M_PI - 1e-3, M_PI + 1e-3,
+                                   "a polar angle within 180 degrees, or pi if it is in radians"},
                           azimuth = {-1e9, 1e9, "an angle"};
   for (int role = THETA_I; role <= PHI_R; role++) {
     numbers[role] = 0;
