@@ -453,7 +453,7 @@ static void test_bad_text(void **state) {
       {"a.astm", VARS "0,0,0,0,one\n", {"a.astm:2", "'one'"}},
       {"a.astm", VARS "45,0,45,180,1\n", {"a.astm:2", "radians"}},
       {"a.csv", "", {"a.csv", "no header"}},
-      {"a.csv", "1,2,3\n", {"a.csv:1", "no column wavelength_nm"}},
+      {"a.csv", "1,2,3\n", {"a.csv:1", "no header", "wavelength_nm"}},
       {"a.csv", "wavelength,theta_i_deg\n", {"a.csv:1", "'wavelength'", "unit"}},
       {"a.csv", "wavelength_nm,theta_i_grad\n", {"a.csv:1", "'theta_i_grad'", "unit"}},
       {"a.csv", "wavelength_nm,theta_i_deg,theta_r_deg,f\n", {"no column phi_deg"}},
