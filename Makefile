@@ -6,6 +6,7 @@ SOVERSION := 0.2
 PREFIX  ?= /usr/local
 DESTDIR ?=
 BUILD   ?= build
+OUT     ?= out
 CC      ?= cc
 CFLAGS  ?= -O2 -g
 PYTHON  ?= /usr/bin/python3
@@ -90,12 +91,14 @@ figures: setup ## redraw what the report's figures show, in out/figures
 	@scripts/figures $(BUILD)/hetab out/figures
 
 # PoCL's compiler gives the thread that loads it a signal stack, which the sanitizer would unmap.
+# Freed memory is overwritten: libraries that are not instrumented then fail on using it, too.
 .PHONY: asan
 asan: setup ## run the tests under AddressSanitizer and UndefinedBehaviorSanitizer
 	@$(MAKE) --no-print-directory -s BUILD=$(BUILD)/asan \
 	  CFLAGS='-O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=undefined' \
 	  build tests
-	@ASAN_OPTIONS=use_sigaltstack=0 LSAN_OPTIONS=suppressions=tests/lsan.supp:print_suppressions=0 \
+	@ASAN_OPTIONS=use_sigaltstack=0:max_free_fill_size=4096:free_fill_byte=165 \
+	  LSAN_OPTIONS=suppressions=tests/lsan.supp:print_suppressions=0 \
 	  sh scripts/run_tests $(BUILD)/asan
 
 .PHONY: tsan
@@ -126,6 +129,13 @@ install: build ## install under PREFIX (default /usr/local), below DESTDIR
 	  -e 's|@PACKAGES@|$(PACKAGES)|' -e 's|@EXR@|$(EXR_LIB)|' src/hetab.pc.in \
 	  > $(DESTDIR)$(PREFIX)/lib/pkgconfig/hetab.pc
 	install -m 644 $(BUILD)/hetab.1 $(DESTDIR)$(PREFIX)/share/man/man1/
+
+.PHONY: wheel
+wheel: $(BUILD)/libhetab.so ## a wheel of the Python package, with the library inside, in out/
+	@mkdir -p $(OUT)
+	@cd src/python && BUILD=$(abspath $(BUILD)) $(PYTHON) -W ignore setup.py -q egg_info -e $(abspath $(BUILD)) \
+	  build -b $(abspath $(BUILD))/python bdist_wheel -d $(abspath $(OUT))
+	@ls $(OUT)/*.whl
 
 .PHONY: clean
 clean: ## remove what was built; out/ stays

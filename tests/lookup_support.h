@@ -46,7 +46,7 @@ static inline hetab_status save_h5(hetab_context *ctx, hetab_engine *engine,
   hetab_h5_options options = {.overwrite = 1};
   hetab_tabulate_options no_samples = {.samples = 0};
   hetab_report report;
-  hetab_h5_writer *writer;
+  hetab_table_writer *writer;
   hetab_grid *own = NULL;
   if (!grid && hetab_grid_create(ctx, &own) == HETAB_OK)
     grid = own;
@@ -54,19 +54,19 @@ static inline hetab_status save_h5(hetab_context *ctx, hetab_engine *engine,
   double *rho = calloc(count * hetab_surface_band_count(surface), sizeof *rho);
   hetab_status status = hetab_h5_create(ctx, path, surface, grid, &options, &writer);
   if (status == HETAB_OK) {
-    status = hetab_tabulate(ctx, engine, surface, grid, &no_samples, hetab_h5_write_slab, writer,
+    status = hetab_tabulate(ctx, engine, surface, grid, &no_samples, hetab_table_write_slab, writer,
                             &report);
     if (status == HETAB_OK)
       status = hetab_specular_reflectance(ctx, surface, hetab_grid_radians(grid, HETAB_THETA_I),
                                           count, rho);
     if (status == HETAB_OK)
-      status = hetab_h5_write_specular(ctx, writer, rho);
+      status = hetab_table_write_specular(ctx, writer, rho);
     if (status == HETAB_OK)
-      status = hetab_h5_write_report(ctx, writer, &report);
+      status = hetab_table_write_report(ctx, writer, &report);
     if (status == HETAB_OK)
-      status = hetab_h5_commit(ctx, writer);
+      status = hetab_table_commit(ctx, writer);
     else
-      hetab_h5_abort(writer);
+      hetab_table_abort(writer);
   }
   free(rho);
   hetab_grid_free(own);

@@ -300,16 +300,16 @@ static hetab_grid *new_grid(hetab_context *ctx) {
 static void save_spectral(hetab_context *ctx, const char *path, const hetab_surface *surface,
                           hetab_engine *engine) {
   hetab_grid *grid = new_grid(ctx);
-  hetab_h5_writer *writer;
+  hetab_table_writer *writer;
   const hetab_h5_options options = {.overwrite = 1};
   double rho[31 * 31];
   assert_ok(ctx, hetab_h5_create(ctx, path, surface, grid, &options, &writer));
   assert_ok(ctx,
-            hetab_tabulate(ctx, engine, surface, grid, NULL, hetab_h5_write_slab, writer, NULL));
+            hetab_tabulate(ctx, engine, surface, grid, NULL, hetab_table_write_slab, writer, NULL));
   assert_ok(ctx, hetab_specular_reflectance(ctx, surface, hetab_grid_radians(grid, HETAB_THETA_I),
                                             31, rho));
-  assert_ok(ctx, hetab_h5_write_specular(ctx, writer, rho));
-  assert_ok(ctx, hetab_h5_commit(ctx, writer));
+  assert_ok(ctx, hetab_table_write_specular(ctx, writer, rho));
+  assert_ok(ctx, hetab_table_commit(ctx, writer));
   hetab_grid_free(grid);
 }
 

@@ -25,7 +25,7 @@ static double rho_at(size_t wavelength, size_t theta_i) {
 typedef struct job {
   hetab_surface *surface;
   hetab_grid *grid;
-  hetab_exr_writer *writer;
+  hetab_table_writer *writer;
 } job;
 
 static hetab_status open_job(hetab_context *ctx, const char *path, const hetab_exr_options *options,
@@ -43,7 +43,7 @@ static hetab_status open_job(hetab_context *ctx, const char *path, const hetab_e
 }
 
 static void close_job(job *job) {
-  hetab_exr_abort(job->writer);
+  hetab_table_abort(job->writer);
   hetab_grid_free(job->grid);
   hetab_surface_free(job->surface);
 }
@@ -58,7 +58,7 @@ static hetab_status write_slab(hetab_context *ctx, const job *job, hetab_precisi
   }
   hetab_slab slab = {wavelength, first, count,
                      precision == HETAB_FLOAT ? (void *)floats : (void *)doubles};
-  return hetab_exr_write_slab(ctx, job->writer, &slab);
+  return hetab_table_write_slab(ctx, job->writer, &slab);
 }
 
 /* Last wavelength first, last incidence first. */
@@ -74,13 +74,13 @@ static void write_specular(hetab_context *ctx, const job *job, size_t bands) {
   double rho[BANDS * THETA_I];
   for (size_t i = 0; i < bands * THETA_I; i++)
     rho[i] = rho_at(i / THETA_I, i % THETA_I);
-  assert_ok(ctx, hetab_exr_write_specular(ctx, job->writer, rho));
+  assert_ok(ctx, hetab_table_write_specular(ctx, job->writer, rho));
 }
 
 static hetab_status commit(hetab_context *ctx, job *job) {
-  hetab_exr_writer *writer = job->writer;
+  hetab_table_writer *writer = job->writer;
   job->writer = NULL;
-  return hetab_exr_commit(ctx, writer);
+  return hetab_table_commit(ctx, writer);
 }
 
 static void write_table(hetab_context *ctx, const char *path, const hetab_exr_options *options) {
@@ -207,7 +207,7 @@ static void half(void **state) {
   assert_ok(ctx, open_job(ctx, "a.exr", &options, BANDS, &job));
   write_brdf(ctx, &job, HETAB_FLOAT, BANDS);
   write_specular(ctx, &job, BANDS);
-  size_t counted = hetab_exr_saturated_count(job.writer);
+  size_t counted = hetab_table_saturated_count(job.writer);
   assert_ok(ctx, commit(ctx, &job));
   close_job(&job);
   exr_context_t exr = open_exr("a.exr");
@@ -242,7 +242,7 @@ static void colour(void **state) {
     grey[p] = (float)value_at(0, 0, p);
   for (size_t w = 0; w < BANDS; w++)
     for (size_t i = 0; i < THETA_I; i++)
-      assert_ok(ctx, hetab_exr_write_slab(ctx, job.writer, &(hetab_slab){w, i, 1, grey}));
+      assert_ok(ctx, hetab_table_write_slab(ctx, job.writer, &(hetab_slab){w, i, 1, grey}));
   write_specular(ctx, &job, BANDS);
   assert_ok(ctx, commit(ctx, &job));
   close_job(&job);
@@ -273,7 +273,7 @@ static void attributes(void **state) {
   assert_ok(ctx, open_job(ctx, "a.exr", &options, BANDS, &job));
   write_brdf(ctx, &job, HETAB_FLOAT, BANDS);
   write_specular(ctx, &job, BANDS);
-  hetab_exr_set_error(job.writer, &error);
+  assert_ok(ctx, hetab_table_write_report(ctx, job.writer, &(hetab_report){.error = error}));
   assert_ok(ctx, commit(ctx, &job));
   close_job(&job);
   exr_context_t exr = open_exr("a.exr");
@@ -320,7 +320,7 @@ static hetab_status try_grid(hetab_context *ctx, const char *theta_i, const char
   hetab_exr_options options = {.bands = HETAB_EXR_SPECTRAL, .parts = parts};
   assert_ok(ctx,
             open_job(ctx, "b.exr", &(hetab_exr_options){.bands = HETAB_EXR_SPECTRAL}, BANDS, &job));
-  hetab_exr_abort(job.writer);
+  hetab_table_abort(job.writer);
   assert_ok(ctx, hetab_grid_set_axis(ctx, job.grid, HETAB_THETA_I, theta_i));
   assert_ok(ctx, hetab_grid_set_axis(ctx, job.grid, HETAB_THETA_R, theta_r));
   assert_ok(ctx, hetab_grid_set_axis(ctx, job.grid, HETAB_PHI, phi));
@@ -355,9 +355,9 @@ static void bad_slabs(void **state) {
   assert_failure(ctx, write_slab(ctx, &job, HETAB_FLOAT, 0, 2, 2), HETAB_ERR_ARGUMENT,
                  "not in the table");
   values[7] = NAN;
-  assert_failure(ctx, hetab_exr_write_slab(ctx, job.writer, &(hetab_slab){0, 0, 1, values}),
+  assert_failure(ctx, hetab_table_write_slab(ctx, job.writer, &(hetab_slab){0, 0, 1, values}),
                  HETAB_ERR_ARGUMENT, "NaN");
-  assert_failure(ctx, commit(ctx, &job), HETAB_ERR_ARGUMENT, "3 of 3 parts and the specular");
+  assert_failure(ctx, commit(ctx, &job), HETAB_ERR_ARGUMENT, "92 theta_i rows and the specular");
   close_job(&job);
   assert_int_equal(count_files("."), 0);
 }

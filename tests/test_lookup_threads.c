@@ -30,7 +30,7 @@ static void save_h5(hetab_context *ctx, const char *path) {
   static double rho[BANDS * ANGLES];
   hetab_surface *surface;
   hetab_grid *grid;
-  hetab_h5_writer *writer;
+  hetab_table_writer *writer;
   hetab_h5_options options = {.overwrite = 1};
   hetab_report report = {.device = "host"};
   assert_ok(ctx, hetab_surface_create(ctx, 0.13, 5.4, 0.958, 6.69, bands_um, BANDS, &surface));
@@ -45,11 +45,11 @@ static void save_h5(hetab_context *ctx, const char *path) {
                                  M_PI / 60 * (double)(n / ANGLES % ANGLES),
                                  M_PI / 30 * (double)(n % ANGLES));
     hetab_slab slab = {b, 0, ANGLES, values};
-    assert_ok(ctx, hetab_h5_write_slab(ctx, writer, &slab));
+    assert_ok(ctx, hetab_table_write_slab(ctx, writer, &slab));
   }
-  assert_ok(ctx, hetab_h5_write_specular(ctx, writer, rho));
-  assert_ok(ctx, hetab_h5_write_report(ctx, writer, &report));
-  assert_ok(ctx, hetab_h5_commit(ctx, writer));
+  assert_ok(ctx, hetab_table_write_specular(ctx, writer, rho));
+  assert_ok(ctx, hetab_table_write_report(ctx, writer, &report));
+  assert_ok(ctx, hetab_table_commit(ctx, writer));
   hetab_grid_free(grid);
   hetab_surface_free(surface);
 }

@@ -356,7 +356,7 @@ static void write_table(const text_fixture *f, const char *path) {
   hetab_grid *grid = make_grid(f);
   hetab_surface *surface = make_surface(f);
   hetab_engine *engine;
-  hetab_h5_writer *writer;
+  hetab_table_writer *writer;
   hetab_report report;
   double rho_s[2 * 19] = {0};
   hetab_h5_options options = {.element = HETAB_DOUBLE, .slabs = HETAB_DOUBLE};
@@ -364,9 +364,9 @@ static void write_table(const text_fixture *f, const char *path) {
   assert_ok(f, hetab_engine_create(f->ctx, &literal, &engine));
   assert_ok(f, hetab_h5_create(f->ctx, path, surface, grid, &options, &writer));
   assert_ok(f, hetab_tabulate(f->ctx, engine, surface, grid, &(hetab_tabulate_options){0},
-                              hetab_h5_write_slab, writer, &report));
-  assert_ok(f, hetab_h5_write_specular(f->ctx, writer, rho_s));
-  assert_ok(f, hetab_h5_commit(f->ctx, writer));
+                              hetab_table_write_slab, writer, &report));
+  assert_ok(f, hetab_table_write_specular(f->ctx, writer, rho_s));
+  assert_ok(f, hetab_table_commit(f->ctx, writer));
   hetab_engine_free(engine);
   hetab_surface_free(surface);
   hetab_grid_free(grid);

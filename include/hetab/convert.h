@@ -49,6 +49,7 @@ typedef struct hetab_convert_report {
   double error_l1_interpolated; /* by hetab_lookup_eval() */
   double bias;                  /* as error_l1_interpolated, without the modulus */
   size_t filled;                /* cells of the input above the horizon without data */
+  size_t negative;              /* numbers of the input a little below 0, set to 0: .bsdf */
   size_t clamped;               /* sRGB components below 0, set to 0 */
   double specular_max;          /* the largest rho_s of the input */
   int specular_kept;            /* it is in, or beside, the output; 1 if there is none */

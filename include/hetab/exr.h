@@ -28,7 +28,7 @@
 #include <stddef.h>
 #include <hetab/grid.h>
 #include <hetab/surface.h>
-#include <hetab/output_file.h>
+#include <hetab/table.h>
 #include <hetab/types.h>
 
 #ifdef __cplusplus
@@ -53,30 +53,14 @@ typedef struct hetab_exr_options {
   int overwrite;      /* 0: an existing file is HETAB_ERR_EXISTS */
 } hetab_exr_options;
 
-typedef struct hetab_exr_writer hetab_exr_writer;
-
-/* Nothing appears under path before hetab_exr_commit. HETAB_ERR_RANGE where colour is asked of too
- * few wavelengths, for more than 4096 parts, and for tables that would have to be held in more than
- * 4 GiB of memory. What is held: parts by theta_i, those whose wavelengths have not all come (with
- * hetab_tabulate, 32 MiB or one theta_i row of each wavelength; RGB takes 48 bytes a pixel); parts
- * by wavelength, the whole table as float. */
+/* As hetab_h5_create(). HETAB_ERR_RANGE where colour is asked of too few wavelengths, for more than
+ * 4096 parts, and for tables that would have to be held in more than 4 GiB of memory. What is held:
+ * parts by theta_i, those whose wavelengths have not all come (with hetab_tabulate, 32 MiB or one
+ * theta_i row of each wavelength; RGB takes 48 bytes a pixel); parts by wavelength, the whole table
+ * as float. Slabs with a NaN, or with what a float does not hold, are HETAB_ERR_ARGUMENT. */
 hetab_status hetab_exr_create(hetab_context *ctx, const char *path, const hetab_surface *surface,
                               const hetab_grid *grid, const hetab_exr_options *options,
-                              hetab_exr_writer **out);
-/* A hetab_slab_fn; user is the writer. Each slab once; HETAB_ERR_ARGUMENT for one that is outside
- * the table or repeated, or holds a NaN or what a float does not. */
-hetab_status hetab_exr_write_slab(hetab_context *ctx, void *writer, const hetab_slab *slab);
-/* rho_s[wavelength][theta_i]. */
-hetab_status hetab_exr_write_specular(hetab_context *ctx, hetab_exr_writer *writer,
-                                      const double *rho_s);
-/* The measured errors, once all slabs are in. Optional. */
-void hetab_exr_set_error(hetab_exr_writer *writer, const hetab_error_stats *error);
-/* HALF: pixels so far that were above 65504. */
-size_t hetab_exr_saturated_count(const hetab_exr_writer *writer);
-/* Publishes and frees, whatever the outcome; HETAB_ERR_ARGUMENT if rows are missing. */
-hetab_status hetab_exr_commit(hetab_context *ctx, hetab_exr_writer *writer);
-/* Drops everything; NULL is fine. */
-void hetab_exr_abort(hetab_exr_writer *writer);
+                              hetab_table_writer **out);
 
 #ifdef __cplusplus
 }

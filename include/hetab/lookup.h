@@ -70,6 +70,8 @@ void hetab_lookup_free(hetab_lookup *table); /* NULL is fine */
 size_t hetab_lookup_channel_count(const hetab_lookup *table);
 /* [channels], um, ascending; NULL for linear sRGB. */
 const double *hetab_lookup_wavelengths_um(const hetab_lookup *table);
+/* How many numbers of a .bsdf were a little below 0 and became 0 (see hetab_rgl_load()). */
+size_t hetab_lookup_negative(const hetab_lookup *table);
 
 /* value[channels]; all 0 if either direction is not above the horizon. */
 void hetab_lookup_eval(const hetab_lookup *table, const float wi[3], const float wo[3],
@@ -104,6 +106,14 @@ void hetab_lookup_albedo(const hetab_lookup *table, const float wi[3], float *va
  * rho_s is linear in cos^2: within 0.6 % up to 87 degrees for whole degrees (tests/test_lookup.c).
  * A MERL table made with --specular-cone holds the delta as a lobe: do not add it again. */
 void hetab_lookup_specular(const hetab_lookup *table, const float wi[3], float *value);
+
+/* The same for wi[count], wo[count]: density[count], value[count][channels]. */
+void hetab_lookup_pdf_batch(const hetab_lookup *table, size_t count, const float (*wi)[3],
+                            const float (*wo)[3], float *density);
+void hetab_lookup_albedo_batch(const hetab_lookup *table, size_t count, const float (*wi)[3],
+                               float *value);
+void hetab_lookup_specular_batch(const hetab_lookup *table, size_t count, const float (*wi)[3],
+                                 float *value);
 
 #ifdef __cplusplus
 }

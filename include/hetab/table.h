@@ -30,29 +30,36 @@ typedef struct hetab_h5_options {
   int overwrite;           /* 0: an existing file is HETAB_ERR_EXISTS */
 } hetab_h5_options;
 
-typedef struct hetab_h5_writer hetab_h5_writer;
+/* A dense table in the making, HDF5 or OpenEXR (<hetab/exr.h>): create, write every slab once and
+ * the specular reflectance, commit. */
+typedef struct hetab_table_writer hetab_table_writer;
 
-/* Nothing appears under path before hetab_h5_commit: a kill at any moment leaves the old file, or
- * none, and no litter (where the file system has O_TMPFILE). */
+/* Nothing appears under path before hetab_table_commit: a kill at any moment leaves the old file,
+ * or none, and no litter (where the file system has O_TMPFILE). */
 hetab_status hetab_h5_create(hetab_context *ctx, const char *path, const hetab_surface *surface,
                              const hetab_grid *grid, const hetab_h5_options *options,
-                             hetab_h5_writer **out);
-/* A hetab_slab_fn; user is the writer. */
-hetab_status hetab_h5_write_slab(hetab_context *ctx, void *writer, const hetab_slab *slab);
+                             hetab_table_writer **out);
+/* A hetab_slab_fn; user is the writer. Each slab once; HETAB_ERR_ARGUMENT for one that is outside
+ * the table or repeated. */
+hetab_status hetab_table_write_slab(hetab_context *ctx, void *writer, const hetab_slab *slab);
 /* rho_s[wavelength][theta_i], as hetab_specular_reflectance() gives it over the grid's theta_i. */
-hetab_status hetab_h5_write_specular(hetab_context *ctx, hetab_h5_writer *writer,
-                                     const double *rho_s);
-/* Stores method, precision, tolerance, device and hetab_h5_error() as attributes. */
-hetab_status hetab_h5_write_report(hetab_context *ctx, hetab_h5_writer *writer,
-                                   const hetab_report *report);
+hetab_status hetab_table_write_specular(hetab_context *ctx, hetab_table_writer *writer,
+                                        const double *rho_s);
+/* Stores how the table was made, and its error, as attributes. HDF5: method, precision, tolerance,
+ * device and hetab_h5_error(); OpenEXR: the error. */
+hetab_status hetab_table_write_report(hetab_context *ctx, hetab_table_writer *writer,
+                                      const hetab_report *report);
+/* Numbers so far that were too large for the file, stored as its largest (OpenEXR, HALF). */
+size_t hetab_table_saturated_count(const hetab_table_writer *writer);
+/* fsync and publish under the path; frees the writer, whatever the outcome. HETAB_ERR_ARGUMENT if
+ * a slab or the specular reflectance has not been written: tables have no holes. */
+hetab_status hetab_table_commit(hetab_context *ctx, hetab_table_writer *writer);
+/* Drop everything written; NULL is fine. */
+void hetab_table_abort(hetab_table_writer *writer);
+
 /* The error of the file's numbers, at most, where `error` is that of the slabs: doubles rounded to
  * float are off by up to 6e-8 more. */
 hetab_error_stats hetab_h5_error(const hetab_h5_options *options, const hetab_error_stats *error);
-/* fsync and publish under the path; frees the writer, whatever the outcome. HETAB_ERR_ARGUMENT if
- * a slab or the specular reflectance has not been written: tables have no holes. */
-hetab_status hetab_h5_commit(hetab_context *ctx, hetab_h5_writer *writer);
-/* Drop everything written; NULL is fine. */
-void hetab_h5_abort(hetab_h5_writer *writer);
 
 /* A table open for reading. Nothing but metadata is held in memory. */
 typedef struct hetab_h5_table hetab_h5_table;

@@ -26,6 +26,8 @@ static void print_text(const request *r, const hetab_convert_report *report) {
   if (report->filled)
     printf("  %zu cells of '%s' without data filled from their neighbours\n", report->filled,
            r->in);
+  if (report->negative)
+    printf("  %zu numbers of '%s' a little below 0 set to 0\n", report->negative, r->in);
   if (report->clamped)
     printf("  %zu colour components outside sRGB set to 0\n", report->clamped);
   if (!report->specular_kept)
@@ -35,14 +37,14 @@ static void print_text(const request *r, const hetab_convert_report *report) {
 
 static int print_json(const request *r, const hetab_convert_report *report) {
   return cli_json_print(json_pack(
-      "{so so ss ss sI sI sb sb sf sf sf sI sI sf sb ss}", "input", cli_json_text(r->in), "output",
-      cli_json_text(r->out), "from", hetab_format_name(report->from), "to",
+      "{so so ss ss sI sI sb sb sf sf sf sI sI sI sf sb ss}", "input", cli_json_text(r->in),
+      "output", cli_json_text(r->out), "from", hetab_format_name(report->from), "to",
       hetab_format_name(report->to), "channels_in", (json_int_t)report->channels_in, "channels_out",
       (json_int_t)report->channels_out, "srgb_in", report->srgb_in, "srgb_out", report->srgb_out,
       "error_l1", report->error_l1, "error_l1_interpolated", report->error_l1_interpolated, "bias",
-      report->bias, "filled", (json_int_t)report->filled, "clamped", (json_int_t)report->clamped,
-      "specular_max", report->specular_max, "specular_kept", report->specular_kept, "version",
-      hetab_version()));
+      report->bias, "filled", (json_int_t)report->filled, "negative", (json_int_t)report->negative,
+      "clamped", (json_int_t)report->clamped, "specular_max", report->specular_max, "specular_kept",
+      report->specular_kept, "version", hetab_version()));
 }
 
 /* ---- the command --------------------------------------------------------------------------- */
@@ -105,7 +107,8 @@ static int run(const cli_command *self, int argc, char **argv) {
       {CLI_FLAG, "quiet", 'q', NULL, "print no progress and no summary", &r.quiet, 0, 0},
       {CLI_FLAG, "json", 0, NULL,
        "print JSON: {input, output, from, to, channels_in, channels_out, srgb_in, srgb_out, "
-       "error_l1, error_l1_interpolated, bias, filled, clamped, specular_max, specular_kept, "
+       "error_l1, error_l1_interpolated, bias, filled, negative, clamped, specular_max, "
+       "specular_kept, "
        "version}",
        &r.json, 0, 0},
       {0},

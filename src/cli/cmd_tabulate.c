@@ -9,6 +9,7 @@
 
 #include "cli.h"
 #include "core/angle.h"
+#include "core/atomic_file.h"
 #include "core/clock.h"
 #include "output.h"
 #include "progress.h"
@@ -54,12 +55,12 @@ static char *specular_path(const char *path) {
  * their sidecar, which is the same. */
 static int check_distinct(const cli_command *self, const table_output *a, const table_output *b) {
   const char *files_a[] = {a->path, a->specular_path}, *files_b[] = {b->path, b->specular_path};
-  if (cli_same_file(a->path, b->path))
+  if (hetab_same_file(a->path, b->path))
     return cli_usage(self, "%s: the same output is given twice", b->path);
   for (int i = 0; i < 2; i++)
     for (int k = 0; k < 2; k++)
       if (files_a[i] && files_b[k] && !(i && k && a->format != b->format) &&
-          cli_same_file(files_a[i], files_b[k]))
+          hetab_same_file(files_a[i], files_b[k]))
         return cli_usage(self, "%s and %s would both write %s: give one another name", a->path,
                          b->path, files_b[k]);
   return -1;
@@ -232,7 +233,7 @@ static void write_specular_rows(FILE *stream, const hetab_surface *surface, cons
 /* Whether an output before this one has written its CSV. */
 static int specular_is_written(const tabulate_job *job, const table_output *output) {
   for (const table_output *o = job->outputs; o < output; o++)
-    if (o->specular_path && cli_same_file(o->specular_path, output->specular_path))
+    if (o->specular_path && hetab_same_file(o->specular_path, output->specular_path))
       return 1;
   return 0;
 }
@@ -258,13 +259,13 @@ static int save_specular_csv(tabulate_job *job, const table_output *output) {
 static hetab_status create_h5(tabulate_job *job, table_output *o, const double *rho) {
   hetab_status status =
       hetab_h5_create(job->ctx, o->path, job->surface, job->grid, &job->h5_options, &o->writer);
-  return status == HETAB_OK ? hetab_h5_write_specular(job->ctx, o->writer, rho) : status;
+  return status == HETAB_OK ? hetab_table_write_specular(job->ctx, o->writer, rho) : status;
 }
 
 static hetab_status create_exr(tabulate_job *job, table_output *o, const double *rho) {
   hetab_status status =
       hetab_exr_create(job->ctx, o->path, job->surface, job->grid, &job->exr_options, &o->exr);
-  return status == HETAB_OK ? hetab_exr_write_specular(job->ctx, o->exr, rho) : status;
+  return status == HETAB_OK ? hetab_table_write_specular(job->ctx, o->exr, rho) : status;
 }
 
 static void choose_exr(tabulate_job *job) {
@@ -349,9 +350,9 @@ static hetab_status fan_out(hetab_context *ctx, void *user, const hetab_slab *sl
   }
   for (size_t i = 0; i < job->output_count && status == HETAB_OK; i++)
     if (job->outputs[i].writer)
-      status = hetab_h5_write_slab(ctx, job->outputs[i].writer, slab);
+      status = hetab_table_write_slab(ctx, job->outputs[i].writer, slab);
     else if (job->outputs[i].exr)
-      status = hetab_exr_write_slab(ctx, job->outputs[i].exr, slab);
+      status = hetab_table_write_slab(ctx, job->outputs[i].exr, slab);
   return status;
 }
 
@@ -408,19 +409,19 @@ static int fill_rgl(tabulate_job *job) {
 /* ---- publication --------------------------------------------------------------------------- */
 
 static int publish_h5(tabulate_job *job, table_output *output) {
-  hetab_h5_writer *writer = output->writer;
-  if (hetab_h5_write_report(job->ctx, writer, &job->reports[OUTPUT_H5]) != HETAB_OK)
+  hetab_table_writer *writer = output->writer;
+  if (hetab_table_write_report(job->ctx, writer, &job->reports[OUTPUT_H5]) != HETAB_OK)
     return cli_fail_context(job->ctx); /* the writer is aborted with the job */
   output->writer = NULL;
-  return hetab_h5_commit(job->ctx, writer) == HETAB_OK ? -1 : cli_fail_context(job->ctx);
+  return hetab_table_commit(job->ctx, writer) == HETAB_OK ? -1 : cli_fail_context(job->ctx);
 }
 
 static int publish_exr(tabulate_job *job, table_output *output) {
-  hetab_exr_writer *writer = output->exr;
+  hetab_table_writer *writer = output->exr;
   output->exr = NULL;
-  output->saturated = hetab_exr_saturated_count(writer);
-  hetab_exr_set_error(writer, &job->reports[OUTPUT_EXR].error);
-  return hetab_exr_commit(job->ctx, writer) == HETAB_OK ? -1 : cli_fail_context(job->ctx);
+  output->saturated = hetab_table_saturated_count(writer);
+  hetab_table_write_report(job->ctx, writer, &job->reports[OUTPUT_EXR]);
+  return hetab_table_commit(job->ctx, writer) == HETAB_OK ? -1 : cli_fail_context(job->ctx);
 }
 
 static hetab_status save_table(tabulate_job *job, const table_output *output) {
@@ -498,8 +499,8 @@ static int run_job(const cli_command *self, const tabulate_request *request) {
   if (status < 0)
     status = tabulate_summary(&job);
   for (size_t i = 0; i < job.output_count; i++) {
-    hetab_h5_abort(job.outputs[i].writer);
-    hetab_exr_abort(job.outputs[i].exr);
+    hetab_table_abort(job.outputs[i].writer);
+    hetab_table_abort(job.outputs[i].exr);
     free(job.outputs[i].specular_path);
   }
   free(job.outputs);
@@ -544,6 +545,6 @@ const cli_command cli_tabulate = {
         "kernel_entries_per_second, error (samples, compared, max_rel, p99_rel, rms_rel, "
         "max_abs_below_floor, bad; null without samples), specular (max, file, in_table, cone_deg) "
         "and, for merl, clamped; for exr, saturated; for rgl, table (bands, table_error, error_l1, "
-        "bias, theta_i, resolution, bytes, clamped).",
+        "bias, error_grazing, theta_i, resolution, bytes, clamped).",
     .run = run,
 };

@@ -16,10 +16,10 @@ typedef enum output_format {
 typedef struct table_output {
   const char *path;
   output_format format;
-  char *specular_path;     /* MERL, RGL: the CSV of the specular reflectance beside it */
-  hetab_h5_writer *writer; /* H5, until it is committed */
-  hetab_exr_writer *exr;   /* EXR, likewise */
-  size_t saturated;        /* EXR: pixels too large for half precision */
+  char *specular_path;        /* MERL, RGL: the CSV of the specular reflectance beside it */
+  hetab_table_writer *writer; /* H5, until it is committed */
+  hetab_table_writer *exr;    /* EXR, likewise */
+  size_t saturated;           /* EXR: pixels too large for half precision */
 } table_output;
 
 /* What the command line asks for. */

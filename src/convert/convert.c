@@ -3,12 +3,12 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <hetab/table.h>
 
 #include "convert/outputs.h"
+#include "core/atomic_file.h"
 #include "convert/trial.h"
 
 const char *hetab_format_name(hetab_format format) {
@@ -38,8 +38,7 @@ static hetab_status format_of_output(hetab_context *ctx, const char *path, hetab
 
 /* A table is read while it is written. */
 static hetab_status check_not_the_same(hetab_context *ctx, const char *in, const char *out) {
-  struct stat a, b;
-  if (stat(in, &a) == 0 && stat(out, &b) == 0 && a.st_dev == b.st_dev && a.st_ino == b.st_ino)
+  if (hetab_same_file(in, out))
     return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "'%s' and '%s' are one file; give another output",
                       in, out);
   return HETAB_OK;
@@ -92,6 +91,7 @@ hetab_status hetab_convert(hetab_context *ctx, const char *in, const char *out,
   report->srgb_in = !hetab_lookup_wavelengths_um(source.table);
   report->srgb_out = !source.lambda_um;
   report->filled = source.filled;
+  report->negative = hetab_lookup_negative(source.table);
   hetab_status status = write_output(ctx, &source, out, &o, report);
   if (status == HETAB_OK)
     status = hetab_convert_trial(ctx, &source, out, o.pairs ? o.pairs : 100000, o.seed, report);

@@ -4,12 +4,12 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <hetab/merl.h>
 
 #include "convert/mend.h"
+#include "core/atomic_file.h"
 #include "lookup/specular.h"
 #include "rgl/rgl_table.h"
 #include "table/h5_head.h"
@@ -19,13 +19,13 @@
 /* One incidence, [channel][theta_r][phi], from pairs' values [theta_r][phi][channel]. */
 static hetab_status write_row(hetab_context *ctx, hetab_convert_source *source, size_t row,
                               const hetab_rgl_pair *pairs, size_t count, double *values,
-                              double *slab, hetab_h5_writer *writer) {
+                              double *slab, hetab_table_writer *writer) {
   HETAB_TRY(hetab_convert_values(ctx, source, pairs, count, values));
   for (size_t c = 0; c < source->channels; c++) {
     for (size_t i = 0; i < count; i++)
       slab[i] = values[i * source->channels + c];
     hetab_slab part = {c, row, 1, slab};
-    HETAB_TRY(hetab_h5_write_slab(ctx, writer, &part));
+    HETAB_TRY(hetab_table_write_slab(ctx, writer, &part));
   }
   return HETAB_OK;
 }
@@ -41,7 +41,7 @@ static void row_pairs(const hetab_grid *grid, size_t row, hetab_rgl_pair *pairs)
 }
 
 static hetab_status write_rows(hetab_context *ctx, hetab_convert_source *source,
-                               const hetab_grid *grid, hetab_h5_writer *writer) {
+                               const hetab_grid *grid, hetab_table_writer *writer) {
   size_t rows = hetab_grid_count(grid, HETAB_THETA_I);
   size_t count = hetab_grid_count(grid, HETAB_THETA_R) * hetab_grid_count(grid, HETAB_PHI);
   hetab_rgl_pair *pairs = hetab_alloc(ctx, count, sizeof *pairs);
@@ -61,7 +61,7 @@ static hetab_status write_rows(hetab_context *ctx, hetab_convert_source *source,
 }
 
 static hetab_status write_specular(hetab_context *ctx, const hetab_convert_source *source,
-                                   const hetab_grid *grid, hetab_h5_writer *writer) {
+                                   const hetab_grid *grid, hetab_table_writer *writer) {
   size_t count = hetab_grid_count(grid, HETAB_THETA_I), channels = source->channels;
   double *rho = hetab_alloc(ctx, channels * count, sizeof *rho);
   double *value = hetab_alloc(ctx, channels, sizeof *value);
@@ -73,7 +73,7 @@ static hetab_status write_specular(hetab_context *ctx, const hetab_convert_sourc
       rho[c * count + i] = value[c];
   }
   if (status == HETAB_OK)
-    status = hetab_h5_write_specular(ctx, writer, rho);
+    status = hetab_table_write_specular(ctx, writer, rho);
   free(rho);
   free(value);
   return status;
@@ -91,14 +91,14 @@ static hetab_status save_h5(hetab_context *ctx, hetab_convert_source *source, co
                               .source = source->path,
                               .channels = source->channels,
                               .lambda_um = source->lambda_um};
-  hetab_h5_writer *writer;
+  hetab_table_writer *writer;
   HETAB_TRY(hetab_h5_create_from(ctx, path, &head, grid, &h5, &writer));
   hetab_status status = write_specular(ctx, source, grid, writer);
   if (status == HETAB_OK)
     status = write_rows(ctx, source, grid, writer);
   if (status == HETAB_OK)
-    return hetab_h5_commit(ctx, writer);
-  hetab_h5_abort(writer);
+    return hetab_table_commit(ctx, writer);
+  hetab_table_abort(writer);
   return status;
 }
 
@@ -295,12 +295,6 @@ static double largest_specular(const hetab_convert_source *source, float *rho) {
   return (double)largest;
 }
 
-static int same_file(const char *a, const char *b) {
-  struct stat about_a, about_b;
-  return stat(a, &about_a) == 0 && stat(b, &about_b) == 0 && about_a.st_dev == about_b.st_dev &&
-         about_a.st_ino == about_b.st_ino;
-}
-
 /* What the file beside the output is called; NULL: HDF5 has none, or the one beside the input is
  * that one. */
 static hetab_status path_beside(hetab_context *ctx, const hetab_convert_source *source,
@@ -310,7 +304,7 @@ static hetab_status path_beside(hetab_context *ctx, const hetab_convert_source *
     return HETAB_OK;
   char *to = hetab_specular_path(ctx, path), *from = hetab_specular_path(ctx, source->path);
   hetab_status status = to && from ? HETAB_OK : HETAB_ERR_MEMORY;
-  if (status == HETAB_OK && (source->format == HETAB_FORMAT_H5 || !same_file(to, from))) {
+  if (status == HETAB_OK && (source->format == HETAB_FORMAT_H5 || !hetab_same_file(to, from))) {
     *name = to;
     to = NULL;
   }

@@ -172,6 +172,10 @@ size_t hetab_lookup_channel_count(const hetab_lookup *table) {
   return table->channels;
 }
 
+size_t hetab_lookup_negative(const hetab_lookup *table) {
+  return table->rgl ? hetab_rgl_negative(table->rgl) : 0;
+}
+
 const double *hetab_lookup_wavelengths_um(const hetab_lookup *table) {
   return table->lambda_um;
 }
@@ -233,4 +237,24 @@ void hetab_lookup_albedo(const hetab_lookup *table, const float wi[3], float *va
 
 void hetab_lookup_specular(const hetab_lookup *table, const float wi[3], float *value) {
   hetab_specular_at(&table->specular, wi[2], value);
+}
+
+/* ---- many ---------------------------------------------------------------------------------- */
+
+void hetab_lookup_pdf_batch(const hetab_lookup *table, size_t count, const float (*wi)[3],
+                            const float (*wo)[3], float *density) {
+  for (size_t i = 0; i < count; i++)
+    density[i] = hetab_lookup_pdf(table, wi[i], wo[i]);
+}
+
+void hetab_lookup_albedo_batch(const hetab_lookup *table, size_t count, const float (*wi)[3],
+                               float *value) {
+  for (size_t i = 0; i < count; i++)
+    hetab_lookup_albedo(table, wi[i], value + i * table->channels);
+}
+
+void hetab_lookup_specular_batch(const hetab_lookup *table, size_t count, const float (*wi)[3],
+                                 float *value) {
+  for (size_t i = 0; i < count; i++)
+    hetab_lookup_specular(table, wi[i], value + i * table->channels);
 }

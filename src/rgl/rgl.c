@@ -117,6 +117,10 @@ const double *hetab_rgl_wavelengths_um(const hetab_rgl *rgl) {
   return rgl->wavelengths_um;
 }
 
+size_t hetab_rgl_negative(const hetab_rgl *rgl) {
+  return rgl->negative;
+}
+
 static float spectrum_at(const hetab_rgl *rgl, const hetab_blend *blend, const hetab_cell *cell,
                          size_t channel) {
   size_t nodes = rgl->resolution * rgl->resolution;
@@ -138,13 +142,14 @@ void hetab_rgl_eval(const hetab_rgl *rgl, const float wi[3], const float wo[3], 
   place_of(m, in.phi, u_m);
   hetab_warp_invert(&rgl->vndf, &in.blend, u_m, s);
   hetab_cell cell = hetab_cell_at(rgl->resolution, rgl->resolution, s);
-  float factor = 1.0f / wo[2];
+  float factor = fminf(1.0f / wo[2], FLT_MAX);
   if (rgl->jacobian) {
     float u_wi[2] = {hetab_rgl_theta_to_u(in.theta), (in.phi + pi) * (0.5f / pi)};
-    factor *= map_value(&rgl->ndf, u_m) / (4.0f * map_value(&rgl->sigma, u_wi));
+    factor = fminf(factor * (map_value(&rgl->ndf, u_m) / (4.0f * map_value(&rgl->sigma, u_wi))),
+                   FLT_MAX);
   }
   for (size_t c = 0; c < rgl->channels; c++)
-    value[c] = factor * spectrum_at(rgl, &in.blend, &cell, c);
+    value[c] = fminf(factor * spectrum_at(rgl, &in.blend, &cell, c), FLT_MAX);
 }
 
 float hetab_rgl_pdf(const hetab_rgl *rgl, const float wi[3], const float wo[3]) {

@@ -84,6 +84,8 @@ hetab_status hetab_rgl_bytes(hetab_context *ctx, const hetab_rgl *rgl, size_t *b
 
 /* ---- reading ------------------------------------------------------------------------------- */
 
+static const float NEGATIVE_SHARE = 1e-3f; /* of the largest spectrum: noise about 0 */
+
 typedef struct reader {
   hetab_context *ctx;
   const char *path;
@@ -228,6 +230,40 @@ done:
   return status;
 }
 
+/* The largest that f cos(theta_o) can be over a spectrum. */
+static float largest_factor(const hetab_rgl *rgl) {
+  float most = 0.0f, least = INFINITY;
+  if (!rgl->jacobian)
+    return 1.0f;
+  for (size_t i = 0; i < rgl->ndf.width * rgl->ndf.height; i++)
+    most = fmaxf(most, rgl->ndf.nodes[i]);
+  for (size_t i = 0; i < rgl->sigma.width * rgl->sigma.height; i++)
+    least = fminf(least, rgl->sigma.nodes[i]);
+  return most / (4.0f * least);
+}
+
+/* Fits of measurements go a little below 0, which the look-up has as 0; values further down, and
+ * those that overflow once they are turned into a BRDF, are damage. */
+static hetab_status check_spectra(reader *r, const char *name) {
+  hetab_rgl *rgl = r->rgl;
+  size_t count =
+      rgl->phi_i_count * rgl->theta_i_count * rgl->channels * rgl->resolution * rgl->resolution;
+  float largest = 0.0f;
+  for (size_t i = 0; i < count; i++)
+    largest = fmaxf(largest, rgl->spectra[i]);
+  if (!isfinite(largest * largest_factor(rgl)))
+    return BAD(r, "'%s', field %s: %g overflows with the ndf and sigma of the file", r->path, name,
+               (double)largest);
+  for (size_t i = 0; i < count; i++) {
+    if (rgl->spectra[i] < -NEGATIVE_SHARE * largest)
+      return BAD(r, "'%s', field %s: number %zu is %g; reflectances are not negative", r->path,
+                 name, i, (double)rgl->spectra[i]);
+    rgl->negative += rgl->spectra[i] < 0.0f;
+    rgl->spectra[i] = fmaxf(rgl->spectra[i], 0.0f);
+  }
+  return HETAB_OK;
+}
+
 static hetab_status read_spectra(reader *r) {
   int spectral = hetab_tensor_find(&r->file, "wavelengths") != NULL;
   const hetab_tensor_field *field;
@@ -246,7 +282,8 @@ static hetab_status read_spectra(reader *r) {
     return BAD(r, "'%s': luminance has %zu x %zu nodes, %s %zu x %zu; they have to agree", r->path,
                rgl->luminance.height, rgl->luminance.width, field->name, rgl->resolution,
                rgl->resolution);
-  return copy_floats(r, field, -INFINITY, &rgl->spectra);
+  HETAB_TRY(copy_floats(r, field, -INFINITY, &rgl->spectra));
+  return check_spectra(r, field->name);
 }
 
 static hetab_status read_texts(reader *r) {

@@ -24,6 +24,7 @@ struct hetab_rgl {
   hetab_warp vndf, luminance; /* slices [phi_i][theta_i] */
   size_t channels, resolution;
   double *wavelengths_um; /* [channels]; NULL: linear sRGB */
+  size_t negative;        /* spectra just below 0 that loading set to 0 */
   float *spectra;         /* [phi_i][theta_i][channels][resolution][resolution] */
 };
 

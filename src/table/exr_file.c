@@ -23,7 +23,6 @@ struct hetab_exr_file {
   hetab_atomic_file *atomic;
   exr_context_t exr;
   exr_result_t result; /* of the first call that failed */
-  char text[160];      /* what the library said about it */
   int error;           /* errno of the first write that failed */
   int part;            /* added last */
   size_t header_size;
@@ -33,18 +32,9 @@ struct hetab_exr_file {
 
 /* ---- the library's stream ------------------------------------------------------------------ */
 
-static hetab_exr_file *file_of(exr_const_context_t exr) {
-  void *user = NULL;
-  exr_get_user_data(exr, &user);
-  return user;
-}
-
-static void note_error(exr_const_context_t exr, exr_result_t code, const char *message) {
-  hetab_exr_file *file = file_of(exr);
-  (void)code;
-  if (file && !*file->text)
-    snprintf(file->text, sizeof file->text, "%s", message);
-}
+/* The library reports with its lock held: whatever is called here may wait for that lock forever,
+ * and the default prints. The result codes say enough. */
+static void ignore_error(exr_const_context_t exr, exr_result_t code, const char *message) {}
 
 /* Returns 0, or the errno value. */
 static int write_at(int fd, const char *data, uint64_t size, uint64_t offset) {
@@ -81,17 +71,17 @@ static int failed(const hetab_exr_file *file) {
   return file->result != EXR_ERR_SUCCESS || file->error;
 }
 
-/* A write that failed comes before whatever the library makes of it. */
+/* A write that failed comes before whatever the library makes of it. Writing, it calls a chunk
+ * corrupt where zlib had no memory. */
 static hetab_status outcome(hetab_context *ctx, const hetab_exr_file *file) {
   if (file->error)
     return hetab_atomic_fail(ctx, file->atomic, file->error);
-  if (file->result == EXR_ERR_OUT_OF_MEMORY)
+  if (file->result == EXR_ERR_OUT_OF_MEMORY || file->result == EXR_ERR_CORRUPT_CHUNK)
     return hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory while writing '%s'",
                       hetab_atomic_path(file->atomic));
   if (file->result != EXR_ERR_SUCCESS)
     return hetab_fail(ctx, HETAB_ERR_IO, "cannot write '%s': OpenEXR: %s",
-                      hetab_atomic_path(file->atomic),
-                      *file->text ? file->text : exr_get_error_code_as_string(file->result));
+                      hetab_atomic_path(file->atomic), exr_get_error_code_as_string(file->result));
   return HETAB_OK;
 }
 
@@ -109,7 +99,7 @@ void hetab_exr_part_name(const char *prefix, const char *unit, const double *val
 
 /* ---- the header ---------------------------------------------------------------------------- */
 
-hetab_status hetab_exr_file_create(hetab_context *ctx, const char *path, int overwrite,
+hetab_status hetab_exr_file_create(hetab_context *ctx, hetab_atomic_file *atomic,
                                    hetab_exr_file **out) {
   hetab_status status;
   exr_context_initializer_t start = EXR_DEFAULT_CONTEXT_INITIALIZER;
@@ -117,19 +107,20 @@ hetab_status hetab_exr_file_create(hetab_context *ctx, const char *path, int ove
   hetab_exr_file *file = hetab_alloc(ctx, 1, sizeof *file);
   if (!file)
     return HETAB_ERR_MEMORY;
+  file->atomic = atomic;
   file->part = -1;
-  start.error_handler_fn = note_error;
+  start.error_handler_fn = ignore_error;
   start.user_data = file;
   start.write_fn = write_stream;
-  HETAB_GOTO(hetab_atomic_create(ctx, path, overwrite, &file->atomic));
-  note(file, exr_start_write(&file->exr, path, EXR_WRITE_FILE_DIRECTLY, &start));
+  note(file,
+       exr_start_write(&file->exr, hetab_atomic_path(atomic), EXR_WRITE_FILE_DIRECTLY, &start));
   if (!failed(file)) /* which old readers do not know, and no name needs */
     note(file, exr_set_longname_support(file->exr, 0));
   HETAB_GOTO(outcome(ctx, file));
   *out = file;
   return HETAB_OK;
 done:
-  hetab_exr_file_abort(file);
+  hetab_exr_file_free(file);
   return status;
 }
 
@@ -295,28 +286,21 @@ static hetab_status apply_patches(hetab_context *ctx, hetab_exr_file *file) {
   return outcome(ctx, file);
 }
 
-hetab_status hetab_exr_file_commit(hetab_context *ctx, hetab_exr_file *file) {
-  hetab_status status = HETAB_OK;
+hetab_status hetab_exr_file_finish(hetab_context *ctx, hetab_exr_file *file) {
   if (file->exr)
     note(file, exr_finish(&file->exr));
   file->exr = NULL;
-  HETAB_GOTO(outcome(ctx, file));
-  HETAB_GOTO(apply_patches(ctx, file));
-  status = hetab_atomic_commit(ctx, file->atomic);
-  file->atomic = NULL;
-done:
-  hetab_exr_file_abort(file);
-  return status;
+  HETAB_TRY(outcome(ctx, file));
+  return apply_patches(ctx, file);
 }
 
 /* What the library still holds back goes nowhere, as after a failed write. */
-void hetab_exr_file_abort(hetab_exr_file *file) {
+void hetab_exr_file_free(hetab_exr_file *file) {
   if (!file)
     return;
   if (!file->error)
     file->error = ECANCELED;
   if (file->exr)
     exr_finish(&file->exr);
-  hetab_atomic_abort(file->atomic);
   free(file);
 }

@@ -1,13 +1,15 @@
 /* OpenEXR files of scan-line parts, by OpenEXR's C API, on an atomic file.
  *
  * Calls in this order: create; add every part and its attributes; begin; write every part, in the
- * order of their numbers; patch; commit. A failure sticks: later calls do nothing, and those that
+ * order of their numbers; patch; finish. A failure sticks: later calls do nothing, and those that
  * return a status report it. */
 #ifndef HETAB_TABLE_EXR_FILE_H
 #define HETAB_TABLE_EXR_FILE_H
 
 #include <stddef.h>
 #include <hetab/status.h>
+
+#include "core/atomic_file.h"
 
 typedef struct hetab_exr_file hetab_exr_file;
 
@@ -27,7 +29,8 @@ typedef struct hetab_exr_part {
   int half;
 } hetab_exr_part;
 
-hetab_status hetab_exr_file_create(hetab_context *ctx, const char *path, int overwrite,
+/* Into an empty file, which has to outlive it. */
+hetab_status hetab_exr_file_create(hetab_context *ctx, hetab_atomic_file *atomic,
                                    hetab_exr_file **out);
 /* Parts are numbered from 0. The display window, width x height, has to be one for all. */
 void hetab_exr_file_part(hetab_exr_file *file, const hetab_exr_part *part, int display_width,
@@ -45,10 +48,10 @@ hetab_status hetab_exr_file_begin(hetab_context *ctx, hetab_exr_file *file);
 hetab_status hetab_exr_file_write(hetab_context *ctx, hetab_exr_file *file, int number,
                                   const hetab_exr_part *part, const float *const *planes);
 /* Replaces the value of a double attribute in every part that has it: for what is known only when
- * the pixels are. Takes effect at the commit. */
+ * the pixels are. Takes effect at the end. */
 void hetab_exr_file_patch(hetab_exr_file *file, const char *name, double value);
-/* Publishes and frees, whatever the outcome. */
-hetab_status hetab_exr_file_commit(hetab_context *ctx, hetab_exr_file *file);
-void hetab_exr_file_abort(hetab_exr_file *file); /* NULL is fine */
+/* Everything into the atomic file. */
+hetab_status hetab_exr_file_finish(hetab_context *ctx, hetab_exr_file *file);
+void hetab_exr_file_free(hetab_exr_file *file); /* NULL is fine */
 
 #endif

@@ -1,6 +1,7 @@
 #include "table/h5_common.h"
 
 #include <errno.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,6 +10,8 @@
 #if H5_VERSION_GE(1, 13, 0)
 #include <H5FDdevelop.h>
 #endif
+
+#include "core/context.h"
 
 /* --- the file driver ------------------------------------------------------------------------ */
 
@@ -128,28 +131,36 @@ static const H5FD_class_t driver = {
     .fl_map = H5FD_FLMAP_DICHOTOMY,
 };
 
-/* Access through the driver; the oldest file format that holds the table, for old readers. */
-static hid_t access_list(hetab_h5_descriptor *descriptor) {
-  hid_t id = H5FDregister(&driver);
+/* Registered once, for the life of the process: HDF5 calls on it until the last file is closed, and
+ * does not count files as users of it. */
+static hid_t driver_id(void) {
+  static hid_t id = H5I_INVALID_HID;
+  if (H5Iget_type(id) != H5I_VFL) /* never yet, or gone with H5close() */
+    id = H5FDregister(&driver);
+  return id;
+}
+
+/* Access through the driver, of formats up to `high`. */
+static hid_t access_list(hetab_h5_descriptor *descriptor, H5F_libver_t high) {
   hid_t list = H5Pcreate(H5P_FILE_ACCESS);
-  herr_t set = H5Pset_driver(list, id, &descriptor);
-  H5FDunregister(id); /* the list keeps it */
-  if (set < 0 || H5Pset_libver_bounds(list, H5F_LIBVER_EARLIEST, H5F_LIBVER_V18) < 0) {
+  if (H5Pset_driver(list, driver_id(), &descriptor) < 0 ||
+      H5Pset_libver_bounds(list, H5F_LIBVER_EARLIEST, high) < 0) {
     H5Pclose(list);
     return H5I_INVALID_HID;
   }
   return list;
 }
 
+/* The oldest file format that holds the table, for old readers. */
 hid_t hetab_h5_file_create(hetab_h5_descriptor *descriptor) {
-  hid_t list = access_list(descriptor);
+  hid_t list = access_list(descriptor, H5F_LIBVER_V18);
   hid_t file = H5Fcreate("table", H5F_ACC_TRUNC, H5P_DEFAULT, list);
   H5Pclose(list);
   return file;
 }
 
 static hid_t open_file(hetab_h5_descriptor *descriptor, unsigned access) {
-  hid_t list = access_list(descriptor);
+  hid_t list = access_list(descriptor, H5F_LIBVER_LATEST);
   hid_t file = H5Fopen("table", access, list);
   H5Pclose(list);
   return file;
@@ -161,6 +172,102 @@ hid_t hetab_h5_file_open(hetab_h5_descriptor *descriptor) {
 
 hid_t hetab_h5_file_update(hetab_h5_descriptor *descriptor) {
   return open_file(descriptor, H5F_ACC_RDWR);
+}
+
+/* --- datasets ------------------------------------------------------------------------------- */
+
+enum { LARGEST_NUMBER = 16 }; /* bytes: long double */
+
+static hetab_status no_table(hetab_context *ctx, const char *path, const char *name,
+                             const char *what) {
+  return hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' is no hetab table: /%s %s", path, name, what);
+}
+
+static herr_t follow_nothing(const char *file, const char *group, const char *child,
+                             const char *object, unsigned *flags, hid_t access, void *user) {
+  return -1;
+}
+
+/* -1 if there is none, or it is in another file. */
+static hid_t open_inside(hid_t file, const char *name) {
+  hid_t list = H5Pcreate(H5P_DATASET_ACCESS);
+  H5Pset_elink_cb(list, follow_nothing, NULL);
+  hid_t dataset = H5Dopen2(file, name, list);
+  H5Pclose(list);
+  return dataset;
+}
+
+static hetab_status check_filters(hetab_context *ctx, hid_t creation, const char *path,
+                                  const char *name) {
+  for (int i = 0; i < H5Pget_nfilters(creation); i++) {
+    unsigned flags, config;
+    size_t values = 0;
+    char filter[64] = "";
+    H5Z_filter_t id = H5Pget_filter2(creation, (unsigned)i, &flags, &values, NULL, sizeof filter,
+                                     filter, &config);
+    filter[sizeof filter - 1] = '\0';
+    if (H5Zfilter_avail(id) <= 0)
+      return hetab_fail(
+          ctx, HETAB_ERR_UNSUPPORTED,
+          "'%s': /%s is compressed with filter %d%s%s, which is not installed; install "
+          "its plug-in, or rewrite the file where it is: h5repack -f NONE",
+          path, name, (int)id, *filter ? ", " : "", filter);
+  }
+  return HETAB_OK;
+}
+
+static hetab_status check_storage(hetab_context *ctx, hid_t dataset, const char *path,
+                                  const char *name) {
+  hid_t creation = H5Dget_create_plist(dataset);
+  H5D_layout_t layout = H5Pget_layout(creation);
+  hetab_status status = check_filters(ctx, creation, path, name);
+  if (layout != H5D_CHUNKED && layout != H5D_CONTIGUOUS && layout != H5D_COMPACT)
+    status = no_table(ctx, path, name, "is neither chunked nor contiguous nor compact");
+  else if (H5Pget_external_count(creation) != 0)
+    status = no_table(ctx, path, name, "lies in other files");
+  H5Pclose(creation);
+  return status;
+}
+
+static hetab_status check_numbers(hetab_context *ctx, hid_t dataset, const char *path,
+                                  const char *name) {
+  hid_t type = H5Dget_type(dataset);
+  bool sound = H5Tget_class(type) == H5T_FLOAT && H5Tget_size(type) <= LARGEST_NUMBER;
+  H5Tclose(type);
+  return sound ? HETAB_OK : no_table(ctx, path, name, "does not hold floating-point numbers");
+}
+
+static hetab_status check_rank(hetab_context *ctx, hid_t dataset, const char *path,
+                               const char *name, int rank, hsize_t *dims) {
+  hid_t space = H5Dget_space(dataset);
+  int found = H5Sget_simple_extent_ndims(space);
+  if (found == rank)
+    H5Sget_simple_extent_dims(space, dims, NULL);
+  H5Sclose(space);
+  return found == rank ? HETAB_OK
+                       : hetab_fail(ctx, HETAB_ERR_PARSE,
+                                    "'%s' is no hetab table: /%s has %d dimensions in place of %d",
+                                    path, name, found, rank);
+}
+
+/* The storage first: the rest looks into it. */
+hetab_status hetab_h5_dataset_open(hetab_context *ctx, hid_t file, const char *path,
+                                   const char *name, int rank, hsize_t *dims, hid_t *out) {
+  hetab_status status;
+  *out = H5I_INVALID_HID;
+  if (H5Lexists(file, name, H5P_DEFAULT) <= 0)
+    return no_table(ctx, path, name, "is missing");
+  hid_t dataset = open_inside(file, name);
+  if (dataset < 0)
+    return no_table(ctx, path, name, "is not a dataset of this file");
+  HETAB_GOTO(check_storage(ctx, dataset, path, name));
+  HETAB_GOTO(check_rank(ctx, dataset, path, name, rank, dims));
+  HETAB_GOTO(check_numbers(ctx, dataset, path, name));
+  *out = dataset;
+  return HETAB_OK;
+done:
+  H5Dclose(dataset);
+  return status;
 }
 
 /* --- errors --------------------------------------------------------------------------------- */

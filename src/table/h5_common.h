@@ -19,6 +19,13 @@ hid_t hetab_h5_file_create(hetab_h5_descriptor *descriptor);
 hid_t hetab_h5_file_open(hetab_h5_descriptor *descriptor);
 hid_t hetab_h5_file_update(hetab_h5_descriptor *descriptor);
 
+/* Opens the dataset `name` of the file, called `path` in messages, for its owner to close: rank
+ * axes of floating-point numbers, their sizes in dims[rank]. What would make HDF5 look into other
+ * files (external links, external storage, virtual datasets) is refused before it does, and so are
+ * filters that it lacks. */
+hetab_status hetab_h5_dataset_open(hetab_context *ctx, hid_t file, const char *path,
+                                   const char *name, int rank, hsize_t *dims, hid_t *out);
+
 /* Between begin and end HDF5 prints no errors: the innermost message of the first is kept here.
  * The caller's own setting comes back after. */
 typedef struct hetab_h5_errors {

@@ -54,14 +54,17 @@ static hetab_status outcome(hetab_context *ctx, const hetab_h5_copy *copy, int f
   return HETAB_OK;
 }
 
-static hetab_status open_copy(hetab_context *ctx, hetab_h5_copy *copy) {
+static hetab_status open_copy(hetab_context *ctx, const char *source, hetab_h5_copy *copy) {
   hetab_h5_errors errors;
+  hsize_t dims[RANK];
   hetab_h5_errors_begin(&errors);
   copy->descriptor.fd = hetab_atomic_fd(copy->file);
   copy->h5 = hetab_h5_file_update(&copy->descriptor);
-  copy->brdf = H5Dopen2(copy->h5, "brdf", H5P_DEFAULT);
+  hetab_status status = outcome(ctx, copy, copy->h5 < 0, &errors);
+  if (status == HETAB_OK)
+    status = hetab_h5_dataset_open(ctx, copy->h5, source, "brdf", RANK, dims, &copy->brdf);
   hetab_h5_errors_end(&errors);
-  return outcome(ctx, copy, copy->h5 < 0 || copy->brdf < 0, &errors);
+  return status;
 }
 
 hetab_status hetab_h5_copy_create(hetab_context *ctx, const char *source, const char *path,
@@ -74,7 +77,7 @@ hetab_status hetab_h5_copy_create(hetab_context *ctx, const char *source, const 
   copy->h5 = copy->brdf = H5I_INVALID_HID;
   HETAB_GOTO(hetab_atomic_create(ctx, path, overwrite, &copy->file));
   HETAB_GOTO(copy_file(ctx, source, copy->file));
-  HETAB_GOTO(open_copy(ctx, copy));
+  HETAB_GOTO(open_copy(ctx, source, copy));
   *out = copy;
   return HETAB_OK;
 done:

@@ -19,6 +19,6 @@ typedef struct hetab_h5_head {
 /* As hetab_h5_create(). */
 hetab_status hetab_h5_create_from(hetab_context *ctx, const char *path, const hetab_h5_head *head,
                                   const hetab_grid *grid, const hetab_h5_options *options,
-                                  hetab_h5_writer **out);
+                                  hetab_table_writer **out);
 
 #endif

@@ -37,54 +37,12 @@ static const char *axis_path(const hetab_h5_table *table, int axis) {
 
 /* --- datasets ------------------------------------------------------------------------------- */
 
-static int is_float(hid_t dataset) {
-  hid_t type = H5Dget_type(dataset);
-  H5T_class_t class = H5Tget_class(type);
-  H5Tclose(type);
-  return class == H5T_FLOAT;
-}
-
-/* The rank and, if it is `rank`, the dimensions; negative on failure. */
-static int get_dims(hid_t dataset, int rank, hsize_t *dims) {
-  hid_t space = H5Dget_space(dataset);
-  int found = H5Sget_simple_extent_ndims(space);
-  if (found == rank)
-    H5Sget_simple_extent_dims(space, dims, NULL);
-  H5Sclose(space);
-  return found;
-}
-
-/* Opens a dataset of floating-point numbers and `rank` axes; the caller closes it. */
-static hetab_status open_dataset(hetab_context *ctx, const hetab_h5_table *table, const char *name,
-                                 int rank, hsize_t *dims, hid_t *out) {
-  hetab_status status = HETAB_OK;
-  if (H5Lexists(table->h5, name, H5P_DEFAULT) <= 0)
-    return hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' is no hetab table: /%s is missing", table->path,
-                      name);
-  hid_t dataset = H5Dopen2(table->h5, name, H5P_DEFAULT);
-  if (dataset < 0)
-    return hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' is no hetab table: /%s is not a dataset",
-                      table->path, name);
-  int found = get_dims(dataset, rank, dims);
-  if (found != rank)
-    status = hetab_fail(ctx, HETAB_ERR_PARSE, "'%s': /%s has %d dimensions in place of %d",
-                        table->path, name, found, rank);
-  else if (!is_float(dataset))
-    status = hetab_fail(ctx, HETAB_ERR_PARSE, "'%s': /%s does not hold floating-point numbers",
-                        table->path, name);
-  if (status == HETAB_OK)
-    *out = dataset;
-  else
-    H5Dclose(dataset);
-  return status;
-}
-
-/* The same, with the sizes of the leading axes. */
+/* A dataset over the leading axes, of their sizes. */
 static hetab_status open_over_axes(hetab_context *ctx, const hetab_h5_table *table,
                                    const char *name, int rank, hid_t *out) {
   hsize_t dims[RANK];
   hid_t dataset;
-  HETAB_TRY(open_dataset(ctx, table, name, rank, dims, &dataset));
+  HETAB_TRY(hetab_h5_dataset_open(ctx, table->h5, table->path, name, rank, dims, &dataset));
   for (int i = 0; i < rank; i++)
     if (dims[i] != table->dims[i]) {
       H5Dclose(dataset);
@@ -112,7 +70,8 @@ static hetab_status read_axis(hetab_context *ctx, hetab_h5_table *table, int axi
   hetab_status status = HETAB_OK;
   double *values = NULL;
   hid_t dataset;
-  HETAB_TRY(open_dataset(ctx, table, name, 1, &table->dims[axis], &dataset));
+  HETAB_TRY(
+      hetab_h5_dataset_open(ctx, table->h5, table->path, name, 1, &table->dims[axis], &dataset));
   hsize_t count = table->dims[axis];
   if (!count || count > MAX_COUNT)
     HETAB_GOTO(hetab_fail(ctx, HETAB_ERR_PARSE, "'%s': /%s has %llu entries; 1 to %d make sense",
@@ -359,20 +318,25 @@ hetab_status hetab_h5_read(hetab_context *ctx, hetab_h5_table *table, size_t wav
   return result < 0 ? read_failed(ctx, table, "brdf", &errors) : HETAB_OK;
 }
 
-/* A whole dataset whose size was checked on opening. */
+/* A whole dataset of `rank` axes, whose size was checked on opening. */
 static hetab_status read_whole(hetab_context *ctx, const hetab_h5_table *table, const char *name,
-                               double *values) {
+                               int rank, double *values) {
   hetab_h5_errors errors;
+  hsize_t dims[RANK];
+  hid_t dataset;
   hetab_h5_errors_begin(&errors);
-  hid_t dataset = H5Dopen2(table->h5, name, H5P_DEFAULT);
-  herr_t result = H5Dread(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values);
+  hetab_status status =
+      hetab_h5_dataset_open(ctx, table->h5, table->path, name, rank, dims, &dataset);
+  if (status == HETAB_OK &&
+      H5Dread(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) < 0)
+    status = read_failed(ctx, table, name, &errors);
   H5Dclose(dataset);
   hetab_h5_errors_end(&errors);
-  return result < 0 ? read_failed(ctx, table, name, &errors) : HETAB_OK;
+  return status;
 }
 
 hetab_status hetab_h5_read_specular(hetab_context *ctx, hetab_h5_table *table, double *values) {
-  return read_whole(ctx, table, "specular_reflectance", values);
+  return read_whole(ctx, table, "specular_reflectance", 2, values);
 }
 
 hetab_status hetab_h5_bands(hetab_context *ctx, hetab_h5_table *table, hetab_band *bands) {
@@ -381,7 +345,7 @@ hetab_status hetab_h5_bands(hetab_context *ctx, hetab_h5_table *table, hetab_ban
   hetab_status status = values ? HETAB_OK : HETAB_ERR_MEMORY;
   static const char *const names[] = {"n", "k", "uniform_diffuse"};
   for (size_t i = 0; i < 3 && status == HETAB_OK; i++)
-    status = read_whole(ctx, table, names[i], values + i * count);
+    status = read_whole(ctx, table, names[i], 1, values + i * count);
   for (size_t w = 0; w < count && status == HETAB_OK; w++)
     bands[w] =
         (hetab_band){table->lambda_um[w], values[w], values[count + w], values[2 * count + w]};

@@ -2,303 +2,147 @@
 
 #include <errno.h>
 #include <math.h>
-#include <stdint.h>
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
-#include <hdf5.h>
-#include <hdf5_hl.h>
 
-#include "core/context.h"
-#include "core/atomic_file.h"
-#include "table/h5_common.h"
-#include "table/h5_head.h"
+#include "table/h5_layout.h"
+#include "table/table_writer.h"
 
-/* Axes of /brdf, in its order. */
-enum { WAVELENGTH, THETA_I, THETA_R, PHI, RANK };
-
-/* Bytes of a chunk: enough to be read at a disk's speed, few enough for one lookup's sake. */
-enum { CHUNK_LEAST = 32 << 10, CHUNK_MOST = 1 << 20, COMPRESSING_CACHE = 8 << 20 };
-
-struct hetab_h5_writer {
-  hetab_atomic_file *file;
+typedef struct h5_writer {
+  hetab_table_writer base;
   hetab_h5_descriptor descriptor;
   hetab_h5_options options;
-  hid_t h5, brdf, specular, slab_type;
-  hsize_t dims[RANK];
-  unsigned char *written; /* [wavelength][theta_i]: rows that are in the file */
-  size_t rows_left;
-  int specular_written;
-};
-
-/* --- attributes ----------------------------------------------------------------------------- */
-
-static herr_t put_attribute(hid_t object, const char *name, hid_t file_type, hid_t memory_type,
-                            const void *value) {
-  hid_t space = H5Screate(H5S_SCALAR);
-  hid_t attribute = H5Acreate2(object, name, file_type, space, H5P_DEFAULT, H5P_DEFAULT);
-  herr_t result = H5Awrite(attribute, memory_type, value);
-  H5Aclose(attribute);
-  H5Sclose(space);
-  return result;
-}
-
-static herr_t put_number(hid_t object, const char *name, double value) {
-  return put_attribute(object, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &value);
-}
-
-/* Of variable length, in UTF-8: what h5py gives back as str. */
-static herr_t put_text(hid_t object, const char *name, const char *value) {
-  hid_t type = H5Tcopy(H5T_C_S1);
-  H5Tset_size(type, H5T_VARIABLE);
-  H5Tset_cset(type, H5T_CSET_UTF8);
-  herr_t result = put_attribute(object, name, type, type, &value);
-  H5Tclose(type);
-  return result;
-}
-
-static herr_t put_words(hid_t object, const char *units, const char *long_name) {
-  return put_text(object, "units", units) < 0 ? -1 : put_text(object, "long_name", long_name);
-}
-
-static herr_t put_head(hid_t root, const hetab_h5_head *head) {
-  if ((head->name && put_text(root, "name", head->name) < 0) ||
-      (isfinite(head->sigma0_um) && put_number(root, "sigma0_um", head->sigma0_um) < 0) ||
-      (isfinite(head->tau_um) && put_number(root, "tau_um", head->tau_um) < 0) ||
-      (head->index_source && put_text(root, "index_source", head->index_source) < 0) ||
-      (head->source && put_text(root, "source", head->source) < 0))
-    return -1;
-  return put_text(root, "hetab_version", hetab_version());
-}
-
-/* --- datasets ------------------------------------------------------------------------------- */
-
-/* No time stamps: the same table gives the same bytes. */
-static hid_t creation_list(void) {
-  hid_t list = H5Pcreate(H5P_DATASET_CREATE);
-  H5Pset_obj_track_times(list, 0);
-  return list;
-}
-
-/* A dataset of doubles, with its values unless those are NULL; negative on failure. */
-static hid_t put_doubles(hid_t file, const char *name, int rank, const hsize_t *dims,
-                         const double *values) {
-  hid_t space = H5Screate_simple(rank, dims, NULL);
-  hid_t list = creation_list();
-  hid_t dataset = H5Dcreate2(file, name, H5T_IEEE_F64LE, space, H5P_DEFAULT, list, H5P_DEFAULT);
-  H5Pclose(list);
-  H5Sclose(space);
-  if (dataset < 0 || !values)
-    return dataset;
-  if (H5Dwrite(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) >= 0)
-    return dataset;
-  H5Dclose(dataset);
-  return H5I_INVALID_HID;
-}
-
-static hid_t put_scale(hid_t file, const char *name, const char *units, const char *long_name,
-                       hsize_t count, const double *values) {
-  hid_t scale = put_doubles(file, name, 1, &count, values);
-  if (scale >= 0 && put_words(scale, units, long_name) >= 0 && H5DSset_scale(scale, name) >= 0)
-    return scale;
-  H5Dclose(scale);
-  return H5I_INVALID_HID;
-}
-
-/* Names the dataset's dimensions after their scales and attaches these. */
-static herr_t attach(hid_t dataset, int rank, const hid_t *scales) {
-  char label[16];
-  for (int i = 0; i < rank; i++)
-    if (H5DSget_scale_name(scales[i], label, sizeof label) < 0 ||
-        H5DSset_label(dataset, (unsigned)i, label) < 0 ||
-        H5DSattach_scale(dataset, scales[i], (unsigned)i) < 0)
-      return -1;
-  return 0;
-}
-
-/* As `put_doubles`, over the leading axes, with its scales and words. */
-static hid_t put_quantity(hid_t file, const char *name, const char *units, const char *long_name,
-                          int rank, const hsize_t *dims, const hid_t *scales,
-                          const double *values) {
-  hid_t dataset = put_doubles(file, name, rank, dims, values);
-  if (dataset >= 0 && put_words(dataset, units, long_name) >= 0 &&
-      attach(dataset, rank, scales) >= 0)
-    return dataset;
-  H5Dclose(dataset);
-  return H5I_INVALID_HID;
-}
-
-/* The extent, from most / 2 to most, whose chunks reach least beyond the axis: HDF5 stores the
- * chunks at its end whole. The largest of several. */
-static hsize_t fitting_extent(hsize_t count, hsize_t most) {
-  hsize_t best = most, least = count;
-  if (most >= count)
-    return count;
-  for (hsize_t extent = most; extent >= (most + 1) / 2; extent--) {
-    hsize_t waste = (extent - count % extent) % extent;
-    if (waste < least) {
-      best = extent;
-      least = waste;
-    }
-  }
-  return best;
-}
-
-/* All of phi and theta_r for one theta_i, so that slabs consist of whole chunks; more theta_i where
- * that is little, part of theta_r where it is much. */
-static void choose_chunk(const hsize_t dims[RANK], size_t element, hsize_t chunk[RANK]) {
-  hsize_t row = dims[PHI] * element, block = row * dims[THETA_R];
-  chunk[WAVELENGTH] = chunk[THETA_I] = 1;
-  chunk[THETA_R] = dims[THETA_R];
-  chunk[PHI] = dims[PHI];
-  if (block < CHUNK_LEAST)
-    chunk[THETA_I] = fitting_extent(dims[THETA_I], CHUNK_LEAST / block);
-  else if (block > CHUNK_MOST)
-    chunk[THETA_R] = fitting_extent(dims[THETA_R], CHUNK_MOST / row);
-}
-
-/* Uncompressed tables are one run of bytes: slabs are written at the disk's speed, and any reader
- * can map the file. Their space is allocated at once, so that a full disk is found at once. */
-static hid_t brdf_creation_list(const hsize_t dims[RANK], const hetab_h5_options *options) {
-  hid_t list = creation_list();
-  H5Pset_fill_time(list, H5D_FILL_TIME_NEVER);
-  if (options->compression) {
-    hsize_t chunk[RANK];
-    choose_chunk(dims, options->element == HETAB_FLOAT ? 4 : 8, chunk);
-    H5Pset_chunk(list, RANK, chunk);
-    H5Pset_shuffle(list);
-    H5Pset_deflate(list, (unsigned)options->compression);
-  } else {
-    H5Pset_layout(list, H5D_CONTIGUOUS);
-    H5Pset_alloc_time(list, H5D_ALLOC_TIME_EARLY);
-  }
-  return list;
-}
-
-static hid_t create_brdf(hid_t file, const hsize_t dims[RANK], const hetab_h5_options *options) {
-  hid_t creation = brdf_creation_list(dims, options);
-  hid_t access = H5Pcreate(H5P_DATASET_ACCESS);
-  H5Pset_chunk_cache(access, 521, COMPRESSING_CACHE, 1);
-  hid_t type = options->element == HETAB_FLOAT ? H5T_IEEE_F32LE : H5T_IEEE_F64LE;
-  hid_t space = H5Screate_simple(RANK, dims, NULL);
-  hid_t dataset = H5Dcreate2(file, "brdf", type, space, H5P_DEFAULT, creation, access);
-  H5Sclose(space);
-  H5Pclose(access);
-  H5Pclose(creation);
-  return dataset;
-}
-
-static hid_t put_brdf(hid_t file, const hsize_t dims[RANK], const hid_t scales[RANK],
-                      const hetab_h5_options *options) {
-  hid_t brdf = create_brdf(file, dims, options);
-  if (brdf >= 0 &&
-      put_words(brdf, "1/sr",
-                "BRDF, directional-diffuse plus uniform-diffuse; no cosine factor; the specular "
-                "delta is apart, in specular_reflectance") >= 0 &&
-      attach(brdf, RANK, scales) >= 0)
-    return brdf;
-  H5Dclose(brdf);
-  return H5I_INVALID_HID;
-}
-
-/* --- the layout ----------------------------------------------------------------------------- */
-
-/* The leading axis, wavelengths or channels, and what is known for each. */
-typedef struct columns {
-  double *axis, *n, *k, *diffuse;
-} columns;
-
-/* 0.55 um is 550 nm, not 550 and a rounding error: wavelengths are decimal numbers of nm. */
-static double nanometres(double um) {
-  double nm = um * 1e3, decimal = round(nm * 1e6) / 1e6;
-  return fabs(nm - decimal) <= 1e-15 * nm ? decimal : nm;
-}
-
-static hetab_status split_columns(hetab_context *ctx, const hetab_h5_head *head, columns *columns) {
-  size_t count = head->channels;
-  double *memory = hetab_alloc(ctx, 4 * count, sizeof *memory);
-  if (!memory)
-    return HETAB_ERR_MEMORY;
-  columns->axis = memory;
-  columns->n = memory + count;
-  columns->k = memory + 2 * count;
-  columns->diffuse = memory + 3 * count;
-  for (size_t i = 0; i < count; i++) {
-    const hetab_band *band = head->bands ? &head->bands[i] : NULL;
-    columns->axis[i] = head->lambda_um ? nanometres(head->lambda_um[i]) : (double)i;
-    columns->n[i] = band ? band->n : (double)NAN;
-    columns->k[i] = band ? band->k : (double)NAN;
-    columns->diffuse[i] = band ? band->diffuse_brdf : (double)NAN;
-  }
-  return HETAB_OK;
-}
-
-static hid_t put_leading_scale(hid_t file, const hetab_h5_head *head, const columns *columns) {
-  return head->lambda_um ? put_scale(file, "wavelength", "nm", "vacuum wavelength", head->channels,
-                                     columns->axis)
-                         : put_scale(file, "channel", "1", "linear sRGB: 0 red, 1 green, 2 blue",
-                                     head->channels, columns->axis);
-}
-
-static herr_t put_scales(hid_t file, const hetab_h5_head *head, const columns *columns,
-                         const hetab_grid *grid, const hsize_t dims[RANK], hid_t scales[RANK]) {
-  scales[WAVELENGTH] = put_leading_scale(file, head, columns);
-  scales[THETA_I] = put_scale(file, "theta_i", "degree", "angle of the light from the normal",
-                              dims[THETA_I], hetab_grid_deg(grid, HETAB_THETA_I));
-  scales[THETA_R] = put_scale(file, "theta_r", "degree", "angle of the viewer from the normal",
-                              dims[THETA_R], hetab_grid_deg(grid, HETAB_THETA_R));
-  scales[PHI] = put_scale(file, "phi", "degree",
-                          "azimuth of the viewer less that of the light; 180 is the mirror side",
-                          dims[PHI], hetab_grid_deg(grid, HETAB_PHI));
-  return scales[WAVELENGTH] < 0 || scales[THETA_I] < 0 || scales[THETA_R] < 0 || scales[PHI] < 0
-             ? -1
-             : 0;
-}
-
-static herr_t put_spectra(hid_t file, const columns *columns, const hsize_t dims[RANK],
-                          const hid_t scales[RANK]) {
-  hid_t n = put_quantity(file, "n", "1", "refractive index n + ik, real part", 1, dims, scales,
-                         columns->n);
-  hid_t k = put_quantity(file, "k", "1", "refractive index n + ik, imaginary part", 1, dims, scales,
-                         columns->k);
-  hid_t ud =
-      put_quantity(file, "uniform_diffuse", "1/sr", "uniform-diffuse BRDF, contained in brdf", 1,
-                   dims, scales, columns->diffuse);
-  H5Dclose(n);
-  H5Dclose(k);
-  H5Dclose(ud);
-  return n < 0 || k < 0 || ud < 0 ? -1 : 0;
-}
-
-static herr_t lay_out(hetab_h5_writer *writer, const hetab_h5_head *head, const hetab_grid *grid,
-                      const columns *columns, const hetab_h5_options *options) {
-  hid_t scales[RANK];
-  hid_t file = writer->h5 = hetab_h5_file_create(&writer->descriptor);
-  if (file < 0 || put_head(file, head) < 0 ||
-      put_scales(file, head, columns, grid, writer->dims, scales) < 0 ||
-      put_spectra(file, columns, writer->dims, scales) < 0)
-    return -1;
-  writer->specular = put_quantity(file, "specular_reflectance", "1",
-                                  "reflectance of the specular delta, for unit irradiance", 2,
-                                  writer->dims, scales, NULL);
-  writer->brdf = put_brdf(file, writer->dims, scales, options);
-  for (int i = 0; i < RANK; i++)
-    H5Dclose(scales[i]);
-  return writer->specular < 0 || writer->brdf < 0 ? -1 : 0;
-}
-
-/* --- the interface -------------------------------------------------------------------------- */
+  hid_t h5, slab_type;
+  hetab_h5_layout layout;
+} h5_writer;
 
 /* What became of a step. A write that failed comes before whatever HDF5 makes of it. */
-static hetab_status outcome(hetab_context *ctx, const hetab_h5_writer *writer, herr_t result,
+static hetab_status outcome(hetab_context *ctx, const h5_writer *writer, herr_t result,
                             const hetab_h5_errors *errors) {
   if (writer->descriptor.error)
-    return hetab_atomic_fail(ctx, writer->file, writer->descriptor.error);
+    return hetab_atomic_fail(ctx, writer->base.file, writer->descriptor.error);
   if (result < 0)
     return hetab_fail(ctx, HETAB_ERR_IO, "cannot write '%s': HDF5: %s",
-                      hetab_atomic_path(writer->file), errors->text);
+                      hetab_atomic_path(writer->base.file), errors->text);
   return HETAB_OK;
 }
+
+/* ---- slabs --------------------------------------------------------------------------------- */
+
+static herr_t put_slab(const h5_writer *w, const hetab_slab *slab) {
+  hsize_t start[RANK] = {slab->wavelength, slab->theta_i_first, 0, 0};
+  hsize_t count[RANK] = {1, slab->theta_i_count, w->base.count[HETAB_THETA_R],
+                         w->base.count[HETAB_PHI]};
+  hid_t memory = H5Screate_simple(RANK, count, NULL);
+  hid_t space = H5Dget_space(w->layout.brdf);
+  herr_t result = H5Sselect_hyperslab(space, H5S_SELECT_SET, start, NULL, count, NULL);
+  if (result >= 0)
+    result = H5Dwrite(w->layout.brdf, w->slab_type, memory, space, H5P_DEFAULT, slab->values);
+  H5Sclose(space);
+  H5Sclose(memory);
+  return result;
+}
+
+static hetab_status write_slab(hetab_context *ctx, hetab_table_writer *writer,
+                               const hetab_slab *slab) {
+  h5_writer *w = (h5_writer *)writer;
+  hetab_h5_errors errors;
+  hetab_h5_errors_begin(&errors);
+  herr_t result = put_slab(w, slab);
+  hetab_h5_errors_end(&errors);
+  HETAB_TRY(outcome(ctx, w, result, &errors));
+  hetab_atomic_start_sync(writer->file);
+  return HETAB_OK;
+}
+
+static hetab_status write_specular(hetab_context *ctx, hetab_table_writer *writer,
+                                   const double *rho_s) {
+  h5_writer *w = (h5_writer *)writer;
+  hetab_h5_errors errors;
+  hetab_h5_errors_begin(&errors);
+  herr_t result =
+      H5Dwrite(w->layout.specular, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, rho_s);
+  hetab_h5_errors_end(&errors);
+  return outcome(ctx, w, result, &errors);
+}
+
+/* ---- the report ---------------------------------------------------------------------------- */
+
+/* Half a unit in the last place of a float, and of one just below the floor of 1e-9 / sr. */
+static const double FLOAT_ROUNDING = 6e-8, FLOAT_ROUNDING_BELOW = 6e-17;
+
+hetab_error_stats hetab_h5_error(const hetab_h5_options *options, const hetab_error_stats *error) {
+  hetab_error_stats result = *error;
+  if (options->slabs != HETAB_DOUBLE || options->element != HETAB_FLOAT)
+    return result;
+  if (result.compared) {
+    result.max_rel += FLOAT_ROUNDING;
+    result.p99_rel += FLOAT_ROUNDING;
+    result.rms_rel = hypot(result.rms_rel, FLOAT_ROUNDING);
+  }
+  if (result.compared < result.samples)
+    result.max_abs_below += FLOAT_ROUNDING_BELOW;
+  return result;
+}
+
+static herr_t put_error(hid_t root, const hetab_error_stats *error) {
+  if (hetab_h5_put_number(root, "error_max_rel", error->max_rel) < 0 ||
+      hetab_h5_put_number(root, "error_p99_rel", error->p99_rel) < 0 ||
+      hetab_h5_put_number(root, "error_rms_rel", error->rms_rel) < 0 ||
+      hetab_h5_put_number(root, "error_max_abs_below_floor", error->max_abs_below) < 0 ||
+      hetab_h5_put_number(root, "error_samples", (double)error->samples) < 0)
+    return -1;
+  return hetab_h5_put_number(root, "error_compared", (double)error->compared);
+}
+
+static herr_t put_report(const h5_writer *w, const hetab_report *report) {
+  hetab_error_stats error = hetab_h5_error(&w->options, &report->error);
+  if (hetab_h5_put_text(w->h5, "method", hetab_method_name(report->method)) < 0 ||
+      hetab_h5_put_text(w->h5, "precision", hetab_precision_name(report->precision)) < 0 ||
+      hetab_h5_put_text(w->h5, "device", report->device) < 0 ||
+      hetab_h5_put_number(w->h5, "tolerance", report->tolerance) < 0)
+    return -1;
+  return put_error(w->h5, &error);
+}
+
+static hetab_status write_report(hetab_context *ctx, hetab_table_writer *writer,
+                                 const hetab_report *report) {
+  h5_writer *w = (h5_writer *)writer;
+  hetab_h5_errors errors;
+  hetab_h5_errors_begin(&errors);
+  herr_t result = put_report(w, report);
+  hetab_h5_errors_end(&errors);
+  return outcome(ctx, w, result, &errors);
+}
+
+/* ---- the end ------------------------------------------------------------------------------- */
+
+/* Everything out of HDF5's hands: datasets that are still open are closed with the file. */
+static herr_t close_table(h5_writer *w) {
+  herr_t result = w->h5 < 0 ? 0 : H5Fclose(w->h5);
+  w->h5 = H5I_INVALID_HID;
+  return result;
+}
+
+static hetab_status finish(hetab_context *ctx, hetab_table_writer *writer) {
+  h5_writer *w = (h5_writer *)writer;
+  hetab_h5_errors errors;
+  hetab_h5_errors_begin(&errors);
+  herr_t result = close_table(w);
+  hetab_h5_errors_end(&errors);
+  return outcome(ctx, w, result, &errors);
+}
+
+/* What HDF5 still holds back goes nowhere, as after a failed write. */
+static void clear(hetab_table_writer *writer) {
+  h5_writer *w = (h5_writer *)writer;
+  hetab_h5_errors errors;
+  w->descriptor.error = ECANCELED;
+  hetab_h5_errors_begin(&errors);
+  close_table(w);
+  hetab_h5_errors_end(&errors);
+}
+
+/* ---- the beginning ------------------------------------------------------------------------- */
 
 static hetab_status check_options(hetab_context *ctx, const hetab_h5_options *options) {
   if (options->compression < 0 || options->compression > 9)
@@ -311,63 +155,52 @@ static hetab_status check_options(hetab_context *ctx, const hetab_h5_options *op
   return HETAB_OK;
 }
 
-static hetab_status make_writer(hetab_context *ctx, const hetab_h5_head *head,
-                                const hetab_grid *grid, const hetab_h5_options *options,
-                                hetab_h5_writer **out) {
-  hetab_h5_writer *writer = *out = hetab_alloc(ctx, 1, sizeof *writer);
-  if (!writer)
-    return HETAB_ERR_MEMORY;
-  writer->h5 = writer->brdf = writer->specular = H5I_INVALID_HID;
-  writer->options = *options;
-  writer->slab_type = options->slabs == HETAB_FLOAT ? H5T_NATIVE_FLOAT : H5T_NATIVE_DOUBLE;
-  writer->dims[WAVELENGTH] = head->channels;
-  writer->dims[THETA_I] = hetab_grid_count(grid, HETAB_THETA_I);
-  writer->dims[THETA_R] = hetab_grid_count(grid, HETAB_THETA_R);
-  writer->dims[PHI] = hetab_grid_count(grid, HETAB_PHI);
-  writer->rows_left = (size_t)(writer->dims[WAVELENGTH] * writer->dims[THETA_I]);
-  writer->written = hetab_alloc(ctx, writer->rows_left, 1);
-  return writer->written ? HETAB_OK : HETAB_ERR_MEMORY;
-}
-
 /* The file's structure, and the disk space that is known to be needed. */
-static hetab_status begin_table(hetab_context *ctx, hetab_h5_writer *writer,
-                                const hetab_h5_head *head, const hetab_grid *grid,
-                                const hetab_h5_options *options) {
-  columns columns;
+static hetab_status begin_table(hetab_context *ctx, h5_writer *w, const hetab_h5_head *head,
+                                const hetab_grid *grid) {
   hetab_h5_errors errors;
   hsize_t size = 0;
-  HETAB_TRY(split_columns(ctx, head, &columns));
+  herr_t result = -1;
+  hetab_status status = HETAB_OK;
   hetab_h5_errors_begin(&errors);
-  herr_t result = lay_out(writer, head, grid, &columns, options);
+  w->h5 = hetab_h5_file_create(&w->descriptor);
+  if (w->h5 >= 0)
+    status = hetab_h5_lay_out(ctx, w->h5, head, grid, &w->options, &w->layout, &result);
   if (result >= 0)
-    result = H5Fget_filesize(writer->h5, &size);
+    result = H5Fget_filesize(w->h5, &size);
   hetab_h5_errors_end(&errors);
-  free(columns.axis);
-  HETAB_TRY(outcome(ctx, writer, result, &errors));
-  return hetab_atomic_reserve(ctx, writer->file, size);
+  HETAB_TRY(status);
+  HETAB_TRY(outcome(ctx, w, result, &errors));
+  return hetab_atomic_reserve(ctx, w->base.file, size);
 }
 
 hetab_status hetab_h5_create_from(hetab_context *ctx, const char *path, const hetab_h5_head *head,
                                   const hetab_grid *grid, const hetab_h5_options *options,
-                                  hetab_h5_writer **out) {
-  hetab_h5_writer *writer = NULL;
+                                  hetab_table_writer **out) {
+  static const hetab_table_class class = {write_slab, write_specular, write_report, finish, clear};
   hetab_status status;
   *out = NULL;
   HETAB_TRY(check_options(ctx, options));
-  HETAB_GOTO(make_writer(ctx, head, grid, options, &writer));
-  HETAB_GOTO(hetab_atomic_create(ctx, path, options->overwrite, &writer->file));
-  writer->descriptor.fd = hetab_atomic_fd(writer->file);
-  HETAB_GOTO(begin_table(ctx, writer, head, grid, options));
-  *out = writer;
+  h5_writer *w = hetab_alloc(ctx, 1, sizeof *w);
+  if (!w)
+    return HETAB_ERR_MEMORY;
+  w->h5 = H5I_INVALID_HID;
+  w->options = *options;
+  w->slab_type = options->slabs == HETAB_FLOAT ? H5T_NATIVE_FLOAT : H5T_NATIVE_DOUBLE;
+  HETAB_GOTO(
+      hetab_table_begin(ctx, &w->base, &class, path, options->overwrite, head->channels, grid));
+  w->descriptor.fd = hetab_atomic_fd(w->base.file);
+  HETAB_GOTO(begin_table(ctx, w, head, grid));
+  *out = &w->base;
   return HETAB_OK;
 done:
-  hetab_h5_abort(writer);
+  hetab_table_abort(&w->base);
   return status;
 }
 
 hetab_status hetab_h5_create(hetab_context *ctx, const char *path, const hetab_surface *surface,
                              const hetab_grid *grid, const hetab_h5_options *options,
-                             hetab_h5_writer **out) {
+                             hetab_table_writer **out) {
   size_t count = hetab_surface_band_count(surface);
   double *lambda_um = hetab_alloc(ctx, count, sizeof *lambda_um);
   *out = NULL;
@@ -385,154 +218,4 @@ hetab_status hetab_h5_create(hetab_context *ctx, const char *path, const hetab_s
   hetab_status status = hetab_h5_create_from(ctx, path, &head, grid, options, out);
   free(lambda_um);
   return status;
-}
-
-static hetab_status check_slab(hetab_context *ctx, const hetab_h5_writer *writer,
-                               const hetab_slab *slab) {
-  hsize_t rows = writer->dims[THETA_I];
-  if (slab->wavelength >= writer->dims[WAVELENGTH] || slab->theta_i_first >= rows ||
-      !slab->theta_i_count || slab->theta_i_count > rows - slab->theta_i_first)
-    return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
-                      "a slab of wavelength %zu, theta_i %zu and %zu more is not in the table of "
-                      "%zu wavelengths and %zu theta_i",
-                      slab->wavelength, slab->theta_i_first, slab->theta_i_count,
-                      (size_t)writer->dims[WAVELENGTH], (size_t)rows);
-  return HETAB_OK;
-}
-
-static void mark_written(hetab_h5_writer *writer, const hetab_slab *slab) {
-  size_t rows = (size_t)writer->dims[THETA_I];
-  unsigned char *written = writer->written + slab->wavelength * rows + slab->theta_i_first;
-  for (size_t i = 0; i < slab->theta_i_count; i++) {
-    writer->rows_left -= !written[i];
-    written[i] = 1;
-  }
-}
-
-static herr_t put_slab(const hetab_h5_writer *writer, const hetab_slab *slab) {
-  hsize_t start[RANK] = {slab->wavelength, slab->theta_i_first, 0, 0};
-  hsize_t count[RANK] = {1, slab->theta_i_count, writer->dims[THETA_R], writer->dims[PHI]};
-  hid_t memory = H5Screate_simple(RANK, count, NULL);
-  hid_t space = H5Dget_space(writer->brdf);
-  herr_t result = H5Sselect_hyperslab(space, H5S_SELECT_SET, start, NULL, count, NULL);
-  if (result >= 0)
-    result = H5Dwrite(writer->brdf, writer->slab_type, memory, space, H5P_DEFAULT, slab->values);
-  H5Sclose(space);
-  H5Sclose(memory);
-  return result;
-}
-
-hetab_status hetab_h5_write_slab(hetab_context *ctx, void *user, const hetab_slab *slab) {
-  hetab_h5_writer *writer = user;
-  hetab_h5_errors errors;
-  HETAB_TRY(check_slab(ctx, writer, slab));
-  hetab_h5_errors_begin(&errors);
-  herr_t result = put_slab(writer, slab);
-  hetab_h5_errors_end(&errors);
-  HETAB_TRY(outcome(ctx, writer, result, &errors));
-  mark_written(writer, slab);
-  hetab_atomic_start_sync(writer->file);
-  return HETAB_OK;
-}
-
-hetab_status hetab_h5_write_specular(hetab_context *ctx, hetab_h5_writer *writer,
-                                     const double *rho_s) {
-  hetab_h5_errors errors;
-  hetab_h5_errors_begin(&errors);
-  herr_t result =
-      H5Dwrite(writer->specular, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, rho_s);
-  hetab_h5_errors_end(&errors);
-  HETAB_TRY(outcome(ctx, writer, result, &errors));
-  writer->specular_written = 1;
-  return HETAB_OK;
-}
-
-/* Half a unit in the last place of a float, and of one just below the floor of 1e-9 / sr. */
-static const double float_rounding = 6e-8, float_rounding_below = 6e-17;
-
-hetab_error_stats hetab_h5_error(const hetab_h5_options *options, const hetab_error_stats *error) {
-  hetab_error_stats result = *error;
-  if (options->slabs != HETAB_DOUBLE || options->element != HETAB_FLOAT)
-    return result;
-  if (result.compared) {
-    result.max_rel += float_rounding;
-    result.p99_rel += float_rounding;
-    result.rms_rel = hypot(result.rms_rel, float_rounding);
-  }
-  if (result.compared < result.samples)
-    result.max_abs_below += float_rounding_below;
-  return result;
-}
-
-static herr_t put_error(hid_t root, const hetab_error_stats *error) {
-  if (put_number(root, "error_max_rel", error->max_rel) < 0 ||
-      put_number(root, "error_p99_rel", error->p99_rel) < 0 ||
-      put_number(root, "error_rms_rel", error->rms_rel) < 0 ||
-      put_number(root, "error_max_abs_below_floor", error->max_abs_below) < 0 ||
-      put_number(root, "error_samples", (double)error->samples) < 0)
-    return -1;
-  return put_number(root, "error_compared", (double)error->compared);
-}
-
-static herr_t put_report(const hetab_h5_writer *writer, const hetab_report *report) {
-  hetab_error_stats error = hetab_h5_error(&writer->options, &report->error);
-  if (put_text(writer->h5, "method", hetab_method_name(report->method)) < 0 ||
-      put_text(writer->h5, "precision", hetab_precision_name(report->precision)) < 0 ||
-      put_text(writer->h5, "device", report->device) < 0 ||
-      put_number(writer->h5, "tolerance", report->tolerance) < 0)
-    return -1;
-  return put_error(writer->h5, &error);
-}
-
-hetab_status hetab_h5_write_report(hetab_context *ctx, hetab_h5_writer *writer,
-                                   const hetab_report *report) {
-  hetab_h5_errors errors;
-  hetab_h5_errors_begin(&errors);
-  herr_t result = put_report(writer, report);
-  hetab_h5_errors_end(&errors);
-  return outcome(ctx, writer, result, &errors);
-}
-
-/* Everything out of HDF5's hands: datasets that are still open are closed with the file. */
-static herr_t close_table(hetab_h5_writer *writer) {
-  herr_t result = writer->h5 < 0 ? 0 : H5Fclose(writer->h5);
-  writer->h5 = H5I_INVALID_HID;
-  return result;
-}
-
-static hetab_status finish_table(hetab_context *ctx, hetab_h5_writer *writer) {
-  hetab_h5_errors errors;
-  if (writer->rows_left || !writer->specular_written)
-    return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
-                      "'%s' not written: %zu theta_i rows%s are missing from the table",
-                      hetab_atomic_path(writer->file), writer->rows_left,
-                      writer->specular_written ? "" : " and the specular reflectance");
-  hetab_h5_errors_begin(&errors);
-  herr_t result = close_table(writer);
-  hetab_h5_errors_end(&errors);
-  return outcome(ctx, writer, result, &errors);
-}
-
-hetab_status hetab_h5_commit(hetab_context *ctx, hetab_h5_writer *writer) {
-  hetab_status status = finish_table(ctx, writer);
-  if (status == HETAB_OK) {
-    status = hetab_atomic_commit(ctx, writer->file);
-    writer->file = NULL;
-  }
-  hetab_h5_abort(writer);
-  return status;
-}
-
-/* What HDF5 still holds back goes nowhere, as after a failed write. */
-void hetab_h5_abort(hetab_h5_writer *writer) {
-  hetab_h5_errors errors;
-  if (!writer)
-    return;
-  writer->descriptor.error = ECANCELED;
-  hetab_h5_errors_begin(&errors);
-  close_table(writer);
-  hetab_h5_errors_end(&errors);
-  hetab_atomic_abort(writer->file);
-  free(writer->written);
-  free(writer);
 }

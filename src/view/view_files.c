@@ -134,20 +134,29 @@ static void add_layer(hetab_exr_file *file, const hetab_view *view, const layer 
   hetab_exr_put_chromaticities(file);
 }
 
+static hetab_status write_layers(hetab_context *ctx, hetab_exr_file *file, const hetab_view *view,
+                                 const layer *layers, size_t count) {
+  for (size_t i = 0; i < count; i++)
+    add_layer(file, view, &layers[i], &layers[0]);
+  HETAB_TRY(hetab_exr_file_begin(ctx, file));
+  for (size_t i = 0; i < count; i++)
+    HETAB_TRY(write_layer(ctx, file, (int)i, &layers[i]));
+  return hetab_exr_file_finish(ctx, file);
+}
+
 hetab_status hetab_view_save_exr(hetab_context *ctx, const hetab_view *view, const char *path,
                                  int overwrite) {
   layer layers[MOST_PARTS];
-  hetab_exr_file *file;
-  hetab_status status;
+  hetab_atomic_file *atomic;
+  hetab_exr_file *file = NULL;
   size_t count = list_layers(view, layers);
-  HETAB_TRY(hetab_exr_file_create(ctx, path, overwrite, &file));
-  for (size_t i = 0; i < count; i++)
-    add_layer(file, view, &layers[i], &layers[0]);
-  HETAB_GOTO(hetab_exr_file_begin(ctx, file));
-  for (size_t i = 0; i < count; i++)
-    HETAB_GOTO(write_layer(ctx, file, (int)i, &layers[i]));
-  return hetab_exr_file_commit(ctx, file);
-done:
-  hetab_exr_file_abort(file);
+  HETAB_TRY(hetab_atomic_create(ctx, path, overwrite, &atomic));
+  hetab_status status = hetab_exr_file_create(ctx, atomic, &file);
+  if (status == HETAB_OK)
+    status = write_layers(ctx, file, view, layers, count);
+  hetab_exr_file_free(file);
+  if (status == HETAB_OK)
+    return hetab_atomic_commit(ctx, atomic);
+  hetab_atomic_abort(atomic);
   return status;
 }

@@ -1,0 +1,168 @@
+#!/bin/bash
+# Tables that were made to harm their readers, and memory that runs out: one line and status 1, at
+# once, and nothing else is read or written.
+# usage: test_cli_hostile.sh PROGRAM
+. "$(dirname "$0")/cli_support.sh"
+
+small="--theta-i 0:90:7 --theta-r 0:90:7 --phi 0:180:13 --samples 0 --method literal"
+works "a table" tabulate BBQAL2 -o good.h5 $small
+
+# ---- HDF5 --------------------------------------------------------------------------------------
+
+# The good table, changed: NAME.h5 for each kind of harm.
+/usr/bin/python3 - <<'END'
+import os, shutil
+import h5py, numpy
+
+NAMES = ["theta_i", "brdf"]
+
+def changed(kind, name):
+    """A copy of the good table without /name, open; and what was in it."""
+    path = f"{kind}_{name}.h5"
+    shutil.copy("good.h5", path)
+    file = h5py.File(path, "a")
+    old = file[name][...]
+    del file[name]
+    return file, old
+
+def virtual(name, path):
+    """Virtual, from /name of the file at path."""
+    file, old = changed("virtual" if path == "." else "other", name)
+    layout = h5py.VirtualLayout(old.shape, old.dtype)
+    layout[...] = h5py.VirtualSource(path, name, old.shape, old.dtype)
+    file.create_virtual_dataset(name, layout)
+
+def external(kind, name, path):
+    """In an external file."""
+    file, old = changed(kind, name)
+    file.create_dataset(name, old.shape, old.dtype, external=[(path, 0, old.nbytes)])
+
+os.mkfifo("fifo")
+shutil.copy("good.h5", "elsewhere.h5")
+with open("secret", "wb") as file:
+    file.write(b"\0" * 10000000)
+for name in NAMES:
+    virtual(name, ".")
+    virtual(name, "elsewhere.h5")
+    external("fifo", name, "fifo")
+    external("secret", name, "secret")
+    file, old = changed("link", name)
+    file[name] = h5py.ExternalLink("elsewhere.h5", name)
+    file, old = changed("group", name)
+    file.create_group(name)
+    file, old = changed("text", name)
+    file.create_dataset(name, old.shape, h5py.string_dtype())
+    file, old = changed("loop", name)
+    file[name] = h5py.SoftLink(name)
+    file, old = changed("long", name)
+    file.create_dataset(name, (1 << 40,) * old.ndim, old.dtype, chunks=(4,) * old.ndim)
+    file, old = changed("wide", name)
+    number = h5py.h5t.IEEE_F64LE.copy()
+    number.set_size(4096)
+    space = h5py.h5s.create_simple(old.shape)
+    h5py.h5d.create(file.id, name.encode(), number, space)
+    file, old = changed("filter", name)
+    space, creation = h5py.h5s.create_simple(old.shape), h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    creation.set_chunk(old.shape)
+    creation.set_filter(32015, h5py.h5z.FLAG_OPTIONAL, (3,))
+    h5py.h5d.create(file.id, name.encode(), h5py.h5t.IEEE_F32LE, space, creation)
+
+# What HDF5 itself may do: the newest format, soft links, compact storage.
+with h5py.File("good.h5") as old, h5py.File("newest.h5", "w", libver="latest") as new:
+    for key, value in old.attrs.items():
+        new.attrs[key] = value
+    for name in old:
+        old.copy(name, new)
+shutil.copy("good.h5", "soft.h5")
+with h5py.File("soft.h5", "a") as file:
+    file.move("n", "index")
+    file["n"] = h5py.SoftLink("/index")
+END
+
+# harmless FILE PATTERN [1]: every reader refuses it within 5 s (hanging is what is feared); audit has
+# it as a check that failed, with 1 as a file that cannot be judged.
+harmless() {
+  local command
+  for command in "view" "convert" "fit --index Al" "predict BBQAL2 --measurements"; do
+    case $command in
+      view) set -- "$1" "$2" "${3:-0}" view "$1" -o x.png ;;
+      convert) set -- "$1" "$2" "${3:-0}" convert "$1" x.binary ;;
+      *) set -- "$1" "$2" "${3:-0}" $command "$1" ;;
+    esac
+    timeout 5 "$program" "${@:4}" >out 2>err <in
+    one_line "$command $1" $? 1 "$2"
+  done
+  timeout 5 "$program" audit -q "$1" >out 2>err <in
+  [ $? = $((3 - 2 * $3)) ] && pass || fail "audit $1: $(head -c 300 err)"
+}
+
+for file in virtual_*.h5 other_*.h5; do
+  harmless "$file" "'$file' is no hetab table: /[a-z_]* is neither chunked"
+done
+for file in fifo_*.h5 secret_*.h5; do harmless "$file" "'$file' is no hetab table: /[a-z_]* lies in other"; done
+for file in link_*.h5 group_*.h5 loop_*.h5; do harmless "$file" "'$file' is no hetab table"; done
+for file in text_*.h5 wide_*.h5; do harmless "$file" "does not hold floating-point"; done
+for file in long_*.h5; do harmless "$file" "'$file'.* entries"; done
+for file in filter_*.h5; do harmless "$file" "/[a-z_]* is compressed with filter 32015.*h5repack -f NONE" 1; done
+
+for file in newest.h5 soft.h5; do
+  works "$file is sound" convert -q -f --theta-i 0,45 --theta-r 0,45 --phi 0,180 "$file" sound.h5
+  "$program" audit -q -f "$file" --repair repaired.h5 >out 2>err
+  [ $? = 3 ] && [ ! -s err ] && pass || fail "$file is repaired: $(cat err)" # too coarse to pass
+done
+
+# ---- RGL ---------------------------------------------------------------------------------------
+
+works "a .bsdf" tabulate -q BBQAL2 -o good.bsdf --table-error 0.3
+/usr/bin/python3 - <<'END'
+import struct
+import tensor_file
+
+with open("good.bsdf", "rb") as file:
+    good = file.read()
+fields = tensor_file.parse(good)
+rgb = fields["rgb"]
+place = good.index(rgb.tobytes())
+for name, value in ("negative", -1.0), ("overflow", 3e38), ("nan", float("nan")):
+    with open(name + ".bsdf", "wb") as file:
+        file.write(good[:place] + struct.pack("<f", value) + good[place + 4:])
+END
+for name in negative overflow nan; do
+  refuses "convert a .bsdf: $name" 1 "'$name.bsdf', field rgb" convert $name.bsdf x.binary
+  refuses "view a .bsdf: $name" 1 "'$name.bsdf', field rgb" view $name.bsdf -o x.png
+done
+
+check "nothing was written" test ! -e x.png -a ! -e x.binary
+
+# ---- memory ------------------------------------------------------------------------------------
+
+# Freed memory overwritten, and handed out again at once.
+plain=$program
+cat >perturbed <<END
+#!/bin/sh
+GLIBC_TUNABLES=glibc.malloc.tcache_count=0 MALLOC_PERTURB_=165 exec "$plain" "\$@"
+END
+chmod +x perturbed
+program=./perturbed
+"$program" audit -q --pairs 1000 good.h5 >out 2>err
+[ $? = 3 ] && [ ! -s err ] && pass || fail "audit, perturbed: $(cat err)"
+works "convert, perturbed" convert -q -f --theta-i 0,45 --theta-r 0,45 --phi 0,180 good.h5 perturbed.h5
+works "view, perturbed" view -q --size 640 --what lobes good.h5 -o perturbed.exr
+works "predict, perturbed" predict -q BBQAL2 --measurements good.h5 --non-uniformity 0.1
+works "tabulate, perturbed" tabulate -q -f BBQAL2 -o perturbed.h5 -o perturbed.exr $small
+program=$plain
+
+# OpenEXR output from where memory does not suffice to start to where it does.
+good=0 bad=0
+for kb in $(seq 34000 400 40000); do
+  rm -f limited.exr
+  (ulimit -v "$kb" && timeout 5 "$program" tabulate -q BBQAL2 -o limited.exr $small 2>err) 2>/dev/null
+  status=$?
+  case $status in
+    0) good=$((good + 1)) ;;
+    1) [ "$(wc -l <err)" = 1 ] && [ ! -e limited.exr ] && bad=$((bad + 1)) || fail "$kb kB: $(cat err)" ;;
+    *) fail "OpenEXR in $kb kB: status $status" ;;
+  esac
+done
+check "too little memory, and enough" test "$good" -gt 0 -a "$bad" -gt 0
+summary
