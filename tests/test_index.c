@@ -326,9 +326,7 @@ static void test_bad_csv(void **state) {
       {"a.csv", HEADER "400,0,1\n", {"a.csv:2", "column 'n'", "n > 0"}},
       {"a.csv", HEADER "400,1,-1\n", {"a.csv:2", "column 'k'", "k >= 0"}},
       {"a.csv", HEADER "-400,1,1\n", {"a.csv:2", "column 'wavelength_nm'", "length"}},
-      {"a.csv",
-       HEADER "500,1,1\n400,1,1\n500,1,2\n",
-       {"a.csv:4", "500 nm", "1 1; here 1 2"}},
+      {"a.csv", HEADER "500,1,1\n400,1,1\n500,1,2\n", {"a.csv:4", "500 nm", "1 1; here 1 2"}},
   };
   for (size_t i = 0; i < sizeof files / sizeof *files; i++)
     fails(*state, write_text_file(*state, files[i].name, files[i].text), files[i].words);

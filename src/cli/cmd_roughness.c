@@ -15,9 +15,9 @@
 enum { PUBLISHED_DIFFERS = 3 }; /* exit status */
 
 typedef struct request {
-  const char *cutoff, *unit, *csv, *html, *surface, *index, *rows;
+  const char *cutoff, *unit, *columns, *csv, *html, *surface, *index, *rows;
   double spacing_um, resample_um, outlier, wavelength_nm, cutoff_um;
-  int level, force, json, quiet;
+  int level, force, json, quiet, decimal, ignore_checksums;
 } request;
 
 typedef struct roughness_job {
@@ -78,8 +78,12 @@ static int write_index(roughness_job *job) {
 /* ---- scans --------------------------------------------------------------------------------- */
 
 static int load_scans(roughness_job *job, char **paths, size_t count) {
-  hetab_heights_options options = {job->request->spacing_um, job->request->unit,
-                                   job->request->resample_um};
+  hetab_heights_options options = {.spacing_um = job->request->spacing_um,
+                                   .unit = job->request->unit,
+                                   .resample_um = job->request->resample_um,
+                                   .columns = job->request->columns,
+                                   .decimal = "\0.,"[job->request->decimal],
+                                   .ignore_checksums = job->request->ignore_checksums};
   job->heights = calloc(count, sizeof *job->heights);
   if (!job->heights)
     return cli_fail("out of memory");
@@ -240,8 +244,15 @@ static int run(const cli_command *self, int argc, char **argv) {
        &r.cutoff, 0, 0},
       {CLI_NUMBER, "spacing", 0, "UM", "between heights, for text without x and maps without sizes",
        &r.spacing_um, 1e-6, 1e4},
-      {CLI_TEXT, "unit", 0, "UNIT", "nm, um, mm or m: of text whose header names no unit", &r.unit,
-       0, 0},
+      {CLI_TEXT, "unit", 0, "UNIT",
+       "nm, um, mm or m: of text whose header names no unit; mm,um: of places and of heights",
+       &r.unit, 0, 0},
+      {CLI_TEXT, "columns", 0, "X,Z",
+       "the columns of text to read, by name or number from 1: z, x,z or x,y,z", &r.columns, 0, 0},
+      {CLI_CHOICE, "decimal", 0, "any|point|comma",
+       "the decimal mark, where the file allows both readings (any)", &r.decimal, 0, 0},
+      {CLI_FLAG, "ignore-checksums", 0, NULL, "read X3P files whose checksums are wrong",
+       &r.ignore_checksums, 0, 0},
       {CLI_NUMBER, "resample", 0, "UM",
        "interpolate unequally spaced heights linearly, this far apart", &r.resample_um, 1e-6, 1e4},
       {CLI_CHOICE, "level", 0, "fit|none",
