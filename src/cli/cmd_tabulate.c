@@ -1,14 +1,12 @@
 /* hetab tabulate: from a surface to table files. */
-#include <fcntl.h>
 #include <float.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
-#include <unistd.h>
 
 #include "cli.h"
-#include "core/atomic_file.h"
+#include "core/held_files.h"
 #include "core/clock.h"
 #include "output.h"
 #include "progress.h"
@@ -430,30 +428,22 @@ static hetab_status save_table(tabulate_job *job, const table_output *output) {
                                       : hetab_merl_save(job->ctx, job->merl, output->path, force);
 }
 
-/* The CSV first: no table is without it. */
-static int publish_with_csv(tabulate_job *job, const table_output *output) {
-  int was_there = faccessat(AT_FDCWD, output->specular_path, F_OK, AT_SYMLINK_NOFOLLOW) == 0;
+static int save_with_csv(tabulate_job *job, const table_output *output) {
   int status = save_specular_csv(job, output);
   if (status >= 0)
     return status;
-  if (save_table(job, output) == HETAB_OK)
-    return -1;
-  if (!was_there)
-    unlink(output->specular_path);
-  return cli_fail_context(job->ctx);
+  return save_table(job, output) == HETAB_OK ? -1 : cli_fail_context(job->ctx);
 }
 
 static int publish(tabulate_job *job) {
   int status = -1;
   for (size_t i = 0; i < job->output_count && status < 0; i++) {
     table_output *o = &job->outputs[i];
-    if (cli_signal())
-      return cli_fail("stopped");
     status = o->format == OUTPUT_H5    ? publish_h5(job, o)
              : o->format == OUTPUT_EXR ? publish_exr(job, o)
-                                       : publish_with_csv(job, o);
+                                       : save_with_csv(job, o);
   }
-  return status;
+  return status < 0 ? cli_publish(job->ctx) : status;
 }
 
 /* ---- the command --------------------------------------------------------------------------- */
@@ -529,8 +519,8 @@ const cli_command cli_tabulate = {
     .summary = "write the tables of a surface as HDF5, OpenEXR, MERL and RGL files",
     .description =
         "Evaluates SURFACE (a preset, see 'hetab surfaces', or a YAML file) over a whole grid and "
-        "writes the table to each FILE: dd + ud, in 1/sr, without a cosine. Files appear whole or "
-        "not at all, and none is overwritten without --force.\n\n"
+        "writes the table to each FILE: dd + ud, in 1/sr, without a cosine. All files appear, or "
+        "none, and none is overwritten without --force.\n\n"
         "The specular delta is not in the tables. An HDF5 file holds its reflectance rho_s as "
         "/specular_reflectance, an OpenEXR file as its last part; beside NAME.binary and NAME.bsdf "
         "it is written to NAME.specular.csv.\n\n"

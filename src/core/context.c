@@ -5,12 +5,19 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include <hetab/output_file.h>
+
 hetab_status hetab_context_create(hetab_context **out) {
   *out = calloc(1, sizeof **out);
   return *out ? HETAB_OK : HETAB_ERR_MEMORY;
 }
 
 void hetab_context_free(hetab_context *ctx) {
+  if (!ctx)
+    return;
+  while (ctx->held)
+    hetab_outputs_drop(ctx);
+  free(ctx->used);
   free(ctx);
 }
 

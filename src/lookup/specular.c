@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/input_file.h"
 #include "model/colour.h"
 
 static hetab_status allocate(hetab_context *ctx, size_t channels, size_t count,
@@ -180,12 +181,11 @@ char *hetab_specular_path(hetab_context *ctx, const char *path) {
 static hetab_status read_csv(hetab_context *ctx, const char *path, size_t channels,
                              const double *lambda_um, hetab_specular_table *s) {
   csv file = {0};
-  FILE *stream = fopen(path, "re");
+  FILE *stream;
+  hetab_status status = hetab_input_stream(ctx, path, HETAB_INPUT_TABLE, &stream);
   if (!stream)
-    return errno == ENOENT || errno == ENOTDIR
-               ? HETAB_OK
-               : hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': %m", path);
-  hetab_status status = read_rows(ctx, path, stream, &file);
+    return errno == ENOENT || errno == ENOTDIR ? HETAB_OK : status;
+  status = read_rows(ctx, path, stream, &file);
   if (status == HETAB_OK)
     status = check_order(ctx, path, &file);
   if (status == HETAB_OK)
