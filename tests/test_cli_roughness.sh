@@ -246,7 +246,7 @@ refuses "damaged archive" 1 '.' roughness flipped.x3p
 
 refuses "no scan" 2 'no SCAN' roughness
 refuses "no such file" 1 'none.csv: cannot open' roughness none.csv
-refuses "a folder" 1 '.: cannot read' roughness .
+refuses "a folder" 1 '.: cannot open: Is a directory' roughness .
 : >empty.csv
 refuses "empty" 1 'no heights' roughness empty.csv
 printf 'x_um,z_um\n' >names.csv

@@ -73,7 +73,7 @@ static hetab_status check(hetab_context *ctx, const char *path, hetab_input_kind
   if (fstat(fd, &about))
     return unreadable(ctx, path, kind, strerror(errno));
   if (S_ISDIR(about.st_mode))
-    return unreadable(ctx, path, kind, "it is a directory");
+    return unreadable(ctx, path, kind, strerror(EISDIR));
   if (kind == HETAB_INPUT_TABLE && !S_ISREG(about.st_mode))
     return unreadable(ctx, path, kind, "it is not a regular file");
   hetab_status status = note(ctx, &about, false);
