@@ -109,7 +109,10 @@ const hetab_universal *hetab_universal_table(void) {
 }
 
 double hetab_universal_ln_h(double g, double x) {
-  const hetab_universal *table = hetab_universal_table();
+  return hetab_universal_ln_h_of(hetab_universal_table(), g, x);
+}
+
+double hetab_universal_ln_h_of(const hetab_universal *table, double g, double x) {
   double s = pow(g / (g + HETAB_UNIVERSAL_SOFT_G), HETAB_UNIVERSAL_ROOT), v = x / (1.0 + g);
   double t = fmin(v / (v + HETAB_UNIVERSAL_SOFT_V) / HETAB_UNIVERSAL_MOST_T, 1.0);
   double ws[4], wt[4], a = 0.0, r = 0.0;

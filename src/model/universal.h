@@ -36,5 +36,7 @@ const hetab_universal *hetab_universal_table(void);
 
 /* ln h(g, x) of the table; g, x >= 0. */
 double hetab_universal_ln_h(double g, double x);
+/* The same of a copy, which may have been rounded. */
+double hetab_universal_ln_h_of(const hetab_universal *table, double g, double x);
 
 #endif
