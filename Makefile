@@ -156,10 +156,10 @@ $(BUILD)/kernels_embedded.c: scripts/embed_kernels $(wildcard kernels/*)
 	@mkdir -p $(@D)
 	$(PYTHON) scripts/embed_kernels kernels $@
 
-SHADERS := $(filter-out %.c src/shader/shader.h,$(wildcard src/shader/*))
+SHADERS := $(filter-out %.c src/shader/shader_parts.h,$(wildcard src/shader/*))
 $(BUILD)/shaders_embedded.c: scripts/embed_files $(SHADERS)
 	@mkdir -p $(@D)
-	$(PYTHON) scripts/embed_files shader/shader.h hetab_shader_template hetab_shader_templates $(SHADERS) $@
+	$(PYTHON) scripts/embed_files shader/shader_parts.h hetab_shader_template hetab_shader_templates $(SHADERS) $@
 
 $(BUILD)/%_embedded.o: $(BUILD)/%_embedded.c
 	$(CC) $(CPPFLAGS_ALL) $(CFLAGS_ALL) -c -o $@ $<

@@ -208,6 +208,63 @@ static void test_killed(void **state) {
   assert_int_equal(count_files("."), 1);
 }
 
+static void assert_held(fixture *f, const hetab_held_files *held, size_t i, const char *text) {
+  char *path = hetab_atomic_held_path(f->ctx, held, i);
+  assert_non_null(path);
+  assert_content(path, text);
+  free(path);
+}
+
+static void test_several(void **state) {
+  fixture *f = *state;
+  hetab_held_files held;
+  put_file("b", "old", 3);
+  hetab_atomic_hold(f->ctx, &held);
+  assert_ok(f->ctx, write_text(f->ctx, "a", 0, "first"));
+  assert_ok(f->ctx, write_text(f->ctx, "b", 1, "second"));
+  assert_int_equal(access("a", F_OK), -1);
+  assert_content("b", "old");
+  assert_held(f, &held, 0, "first");
+  assert_held(f, &held, 1, "second");
+  assert_ok(f->ctx, hetab_atomic_publish(f->ctx, &held));
+  hetab_atomic_drop(f->ctx, &held);
+  assert_int_equal(held.published, 2);
+  assert_content("a", "first");
+  assert_content("b", "second");
+  assert_ok(f->ctx, write_text(f->ctx, "c", 0, "at once")); /* the hold has ended */
+  assert_content("c", "at once");
+  for (const char *name = "abc"; *name; name++)
+    assert_int_equal(unlink((char[]){*name, 0}), 0);
+  assert_int_equal(count_files("."), 0);
+}
+
+static void test_several_dropped(void **state) {
+  fixture *f = *state;
+  hetab_held_files held;
+  hetab_atomic_hold(f->ctx, &held);
+  assert_ok(f->ctx, write_text(f->ctx, "a", 0, "first"));
+  hetab_atomic_drop(f->ctx, &held);
+  assert_int_equal(count_files("."), 0);
+}
+
+/* What has its name when a later one fails is told. */
+static void test_several_in_part(void **state) {
+  fixture *f = *state;
+  hetab_held_files held;
+  hetab_atomic_hold(f->ctx, &held);
+  assert_ok(f->ctx, write_text(f->ctx, "a", 0, "first"));
+  assert_ok(f->ctx, write_text(f->ctx, "b", 0, "second"));
+  assert_ok(f->ctx, write_text(f->ctx, "c", 0, "third"));
+  put_file("b", "someone else's", 14);
+  assert_failure(f->ctx, hetab_atomic_publish(f->ctx, &held), HETAB_ERR_EXISTS,
+                 "published before that: 'a'");
+  assert_int_equal(held.published, 1);
+  assert_content("a", "first");
+  assert_content("b", "someone else's");
+  assert_int_equal(count_files("."), 2);
+  assert_int_equal(unlink("a") | unlink("b"), 0);
+}
+
 /* The same on file systems that lack unnamed files, and then the flag of renameat2. */
 static void test_named_temporaries(void **state) {
   no_unnamed_files = 1;
@@ -218,6 +275,9 @@ static void test_named_temporaries(void **state) {
     test_failing_sync(state);
     test_abort(state);
     assert_int_equal(unlink("a"), 0);
+    test_several(state);
+    test_several_dropped(state);
+    test_several_in_part(state);
   }
   no_unnamed_files = no_noreplace = 0;
 }
@@ -234,6 +294,9 @@ int main(void) {
       TEST(test_failing_sync),
       TEST(test_full_disk),
       TEST(test_killed),
+      TEST(test_several),
+      TEST(test_several_dropped),
+      TEST(test_several_in_part),
       TEST(test_named_temporaries),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

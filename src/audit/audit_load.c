@@ -5,6 +5,7 @@
 
 #include "audit/repair.h"
 #include "audit/table_audit.h"
+#include "core/atomic_file.h"
 #include "table/table_format.h"
 
 static int is_h5_file(const char *path) {
@@ -54,18 +55,12 @@ hetab_status hetab_audit_table(hetab_context *ctx, hetab_engine *engine, const c
   return status;
 }
 
-static int is_same_file(const char *a, const char *b) {
-  struct stat about_a, about_b;
-  return stat(a, &about_a) == 0 && stat(b, &about_b) == 0 && about_a.st_dev == about_b.st_dev &&
-         about_a.st_ino == about_b.st_ino;
-}
-
 hetab_status hetab_repair(hetab_context *ctx, const char *path, const char *out_path,
                           hetab_reading lookup, int scale_energy, int overwrite,
                           hetab_repair_report *report) {
   int is_h5 = is_h5_file(path);
   *report = (hetab_repair_report){.smallest_scale = 1};
-  if (is_same_file(path, out_path))
+  if (hetab_same_file(path, out_path))
     return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
                       "'%s' is not repaired in place: give another name to write to", path);
   if (lookup == HETAB_READ_DEFAULT)

@@ -8,6 +8,7 @@
 #include "audit_command.h"
 #include "cli.h"
 #include "options.h"
+#include "core/atomic_file.h"
 #include "output.h"
 #include "progress.h"
 
@@ -220,11 +221,11 @@ static int start(const audit_request *request, char **inputs, size_t count) {
 
 /* A page in the place of a table would be the end of the table. */
 static int check_page(const cli_command *self, const audit_request *r, char **inputs) {
-  if (r->html && r->repair && cli_same_file(r->html, r->repair))
+  if (r->html && r->repair && hetab_same_file(r->html, r->repair))
     return cli_usage(self, "--html and --repair would both write %s: give one another name",
                      r->html);
   for (; r->html && *inputs; inputs++)
-    if (cli_same_file(*inputs, r->html))
+    if (hetab_same_file(*inputs, r->html))
       return cli_usage(self, "--html: %s is an input: choose another name", r->html);
   return -1;
 }
@@ -240,7 +241,7 @@ static int check_repair(const cli_command *self, const audit_request *r, char **
     return cli_usage(self, "--repair: %s is a surface, not a table", inputs[0]);
   if (is_h5(inputs[0]) != is_h5(r->repair))
     return cli_usage(self, "--repair: %s and %s are of different formats", inputs[0], r->repair);
-  if (cli_same_file(inputs[0], r->repair))
+  if (hetab_same_file(inputs[0], r->repair))
     return cli_usage(self, "--repair: %s is the input: choose another name", r->repair);
   return -1;
 }

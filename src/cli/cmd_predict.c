@@ -6,6 +6,7 @@
 
 #include "cli.h"
 #include "options.h"
+#include "core/atomic_file.h"
 #include "output.h"
 #include "predict_command.h"
 
@@ -383,11 +384,11 @@ static int run_request(const request *r, const hetab_roughness_bounds *bounds) {
 }
 
 static int check_files(const cli_command *self, const request *r) {
-  if (r->csv && r->html && cli_same_file(r->csv, r->html))
+  if (r->csv && r->html && hetab_same_file(r->csv, r->html))
     return cli_usage(self, "--csv and --html would both write %s: give one another name", r->csv);
   const char *outputs[] = {r->csv, r->html};
   for (int i = 0; i < 2; i++)
-    if (outputs[i] && r->measurements && cli_same_file(outputs[i], r->measurements))
+    if (outputs[i] && r->measurements && hetab_same_file(outputs[i], r->measurements))
       return cli_usage(self, "%s is an input: choose another name for the output", outputs[i]);
   return -1;
 }

@@ -7,6 +7,7 @@
 
 #include "cli.h"
 #include "options.h"
+#include "core/atomic_file.h"
 #include "output.h"
 #include "progress.h"
 #include "roughness_command.h"
@@ -218,11 +219,11 @@ static int check_request(const cli_command *self, request *r, char **paths) {
     return cli_usage(self, "--cutoff: '%s' is neither a length in um nor auto", r->cutoff);
   for (int i = 0; i < 3; i++)
     for (int j = 0; outputs[i] && j < i; j++)
-      if (outputs[j] && cli_same_file(outputs[i], outputs[j]))
+      if (outputs[j] && hetab_same_file(outputs[i], outputs[j]))
         return cli_usage(self, "two outputs would both be %s", outputs[i]);
   for (; *paths; paths++)
     for (int i = 0; i < 3; i++)
-      if (outputs[i] && cli_same_file(*paths, outputs[i]))
+      if (outputs[i] && hetab_same_file(*paths, outputs[i]))
         return cli_usage(self, "%s is an input: choose another name for the output", outputs[i]);
   if (r->surface && !r->index)
     return cli_usage(self, "--surface needs --index: what the surface is made of");

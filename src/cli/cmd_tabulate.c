@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "cli.h"
+#include "core/atomic_file.h"
 #include "core/clock.h"
 #include "output.h"
 #include "progress.h"
@@ -53,12 +54,12 @@ static char *specular_path(const char *path) {
  * their sidecar, which is the same. */
 static int check_distinct(const cli_command *self, const table_output *a, const table_output *b) {
   const char *files_a[] = {a->path, a->specular_path}, *files_b[] = {b->path, b->specular_path};
-  if (cli_same_file(a->path, b->path))
+  if (hetab_same_file(a->path, b->path))
     return cli_usage(self, "%s: the same output is given twice", b->path);
   for (int i = 0; i < 2; i++)
     for (int k = 0; k < 2; k++)
       if (files_a[i] && files_b[k] && !(i && k && a->format != b->format) &&
-          cli_same_file(files_a[i], files_b[k]))
+          hetab_same_file(files_a[i], files_b[k]))
         return cli_usage(self, "%s and %s would both write %s: give one another name", a->path,
                          b->path, files_b[k]);
   return -1;
@@ -232,7 +233,7 @@ static void write_specular_rows(FILE *stream, const hetab_surface *surface, cons
 /* Whether an output before this one has written its CSV. */
 static int specular_is_written(const tabulate_job *job, const table_output *output) {
   for (const table_output *o = job->outputs; o < output; o++)
-    if (o->specular_path && cli_same_file(o->specular_path, output->specular_path))
+    if (o->specular_path && hetab_same_file(o->specular_path, output->specular_path))
       return 1;
   return 0;
 }
@@ -544,6 +545,6 @@ const cli_command cli_tabulate = {
         "kernel_entries_per_second, error (samples, compared, max_rel, p99_rel, rms_rel, "
         "max_abs_below_floor, bad; null without samples), specular (max, file, in_table, cone_deg) "
         "and, for merl, clamped; for exr, saturated; for rgl, table (bands, table_error, error_l1, "
-        "bias, theta_i, resolution, bytes, clamped).",
+        "bias, error_grazing, theta_i, resolution, bytes, clamped).",
     .run = run,
 };

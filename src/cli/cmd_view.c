@@ -6,6 +6,7 @@
 
 #include "cli.h"
 #include "options.h"
+#include "core/atomic_file.h"
 #include "output.h"
 #include "progress.h"
 
@@ -66,7 +67,7 @@ static int plan(const cli_command *self, view_job *job) {
     return cli_usage(self, "%s: the name of an output ends in .png or .exr", r->output);
   if (r->wavelength && cli_wavelength_list(r->wavelength, &o->wavelength_um, 1) != 1)
     return cli_usage(self, "--wavelength: '%s' is not one wavelength in nm", r->wavelength);
-  if (cli_same_file(r->input, r->output))
+  if (hetab_same_file(r->input, r->output))
     return cli_usage(self, "%s is the input too: give the picture another name", r->output);
   return -1;
 }

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "fit_request.h"
+#include "core/atomic_file.h"
 #include "output.h"
 
 /* ---- what is free -------------------------------------------------------------------------- */
@@ -67,10 +68,10 @@ int fit_check(const cli_command *self, fit_request *r) {
   const char *outputs[] = {r->surface, r->csv, r->points, r->html};
   for (int i = 0; i < 4; i++)
     for (int j = 0; j < 4; j++)
-      if (outputs[i] && outputs[j] && i < j && cli_same_file(outputs[i], outputs[j]))
+      if (outputs[i] && outputs[j] && i < j && hetab_same_file(outputs[i], outputs[j]))
         return cli_usage(self, "two outputs would be %s: give one another name", outputs[i]);
   for (int i = 0; i < 4; i++)
-    if (outputs[i] && cli_same_file(outputs[i], r->measurements))
+    if (outputs[i] && hetab_same_file(outputs[i], r->measurements))
       return cli_usage(self, "%s is the input: choose another name", outputs[i]);
   if (r->per_wavelength && r->surface)
     return cli_usage(self, "--surface takes one fit: leave out --per-wavelength");

@@ -1,30 +1,12 @@
 #include "output.h"
 
-#include <errno.h>
-#include <fcntl.h>
-#include <libgen.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include "cli.h"
 
 /* ---- files --------------------------------------------------------------------------------- */
-
-/* The directory that path lies in: "." for a bare name; free() it. NULL without memory. */
-static char *directory_of(const char *path) {
-  char *copy = strdup(path);
-  char *directory = copy ? strdup(dirname(copy)) : NULL;
-  free(copy);
-  return directory;
-}
-
-static const char *name_of(const char *path) {
-  const char *slash = strrchr(path, '/');
-  return slash ? slash + 1 : path;
-}
 
 int cli_output_allowed(hetab_context *ctx, const char *path, int overwrite) {
   hetab_status status = hetab_output_check(ctx, path, overwrite);
@@ -33,22 +15,6 @@ int cli_output_allowed(hetab_context *ctx, const char *path, int overwrite) {
   else if (status != HETAB_OK)
     cli_fail_context(ctx);
   return status == HETAB_OK;
-}
-
-static int same_inode(const char *a, const char *b) {
-  struct stat info_a, info_b;
-  return stat(a, &info_a) == 0 && stat(b, &info_b) == 0 && info_a.st_dev == info_b.st_dev &&
-         info_a.st_ino == info_b.st_ino;
-}
-
-int cli_same_file(const char *a, const char *b) {
-  char *directory_a = directory_of(a), *directory_b = directory_of(b);
-  int same =
-      same_inode(a, b) || (directory_a && directory_b && strcmp(name_of(a), name_of(b)) == 0 &&
-                           same_inode(directory_a, directory_b));
-  free(directory_a);
-  free(directory_b);
-  return same;
 }
 
 int cli_text_begin(cli_text *text) {

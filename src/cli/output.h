@@ -9,8 +9,6 @@
 
 /* Whether path may become an output file. Returns 0 after printing why not. */
 int cli_output_allowed(hetab_context *ctx, const char *path, int overwrite);
-/* Two paths of one file, existing or not. */
-int cli_same_file(const char *a, const char *b);
 
 /* A text file in the making, in memory. */
 typedef struct cli_text {

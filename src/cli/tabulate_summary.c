@@ -1,4 +1,5 @@
 /* What a finished tabulation says on standard output. */
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -33,10 +34,11 @@ static const char *bands_name(const tabulate_job *job) {
 
 static json_t *rgl_json(const tabulate_job *job) {
   const hetab_rgl_report *r = &job->rgl_report;
-  return json_pack("{ss sf sf sf sI sI sI sI}", "bands", bands_name(job), "table_error", r->target,
-                   "error_l1", r->error_l1, "bias", r->bias, "theta_i",
-                   (json_int_t)r->theta_i_count, "resolution", (json_int_t)r->resolution, "bytes",
-                   (json_int_t)r->bytes, "clamped", (json_int_t)r->clamped);
+  return json_pack("{ss sf sf sf sf sI sI sI sI}", "bands", bands_name(job), "table_error",
+                   r->target, "error_l1", r->error_l1, "bias", r->bias, "error_grazing",
+                   r->error_grazing, "theta_i", (json_int_t)r->theta_i_count, "resolution",
+                   (json_int_t)r->resolution, "bytes", (json_int_t)r->bytes, "clamped",
+                   (json_int_t)r->clamped);
 }
 
 static const char *format_name(output_format format) {
@@ -112,9 +114,13 @@ static void print_row(const tabulate_job *job, const table_output *output, int w
 static void print_rgl(const tabulate_job *job, const char *path) {
   const hetab_rgl_report *r = &job->rgl_report;
   printf("%s: %s, %zu incidences of %zu x %zu nodes, %.2f MB; relative L1 error at most %.2g (%.2g "
-         "asked for), bias %.1g\n",
+         "asked for), bias %.2g; beyond 80 degrees %.2g\n",
          path, bands_name(job), r->theta_i_count, r->resolution, r->resolution,
-         1e-6 * (double)r->bytes, r->error_l1, r->target, r->bias);
+         1e-6 * (double)r->bytes, r->error_l1, r->target, r->bias, r->error_grazing);
+  if (r->error_l1 > r->target || fabs(r->bias) > r->target / 3.0 || r->error_grazing > 0.1)
+    printf("%s: warning: no table of any size keeps that error, this is the largest: allow more by "
+           "--table-error, or take .h5\n",
+           path);
 }
 
 static void print_notes(const tabulate_job *job, const table_output *output) {
@@ -155,7 +161,7 @@ static void print_engine(const tabulate_job *job) {
            hetab_engine_device(engine), hetab_method_name(hetab_engine_method(engine)),
            hetab_precision_name(hetab_engine_precision(engine)));
   else
-    printf("%s on the host, double\n", hetab_surface_name(job->surface));
+    printf("%s on the host\n", hetab_surface_name(job->surface));
 }
 
 static int print_text(const tabulate_job *job) {

@@ -3,12 +3,12 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <hetab/table.h>
 
 #include "convert/outputs.h"
+#include "core/atomic_file.h"
 #include "convert/trial.h"
 
 const char *hetab_format_name(hetab_format format) {
@@ -38,8 +38,7 @@ static hetab_status format_of_output(hetab_context *ctx, const char *path, hetab
 
 /* A table is read while it is written. */
 static hetab_status check_not_the_same(hetab_context *ctx, const char *in, const char *out) {
-  struct stat a, b;
-  if (stat(in, &a) == 0 && stat(out, &b) == 0 && a.st_dev == b.st_dev && a.st_ino == b.st_ino)
+  if (hetab_same_file(in, out))
     return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "'%s' and '%s' are one file; give another output",
                       in, out);
   return HETAB_OK;

@@ -4,12 +4,12 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <hetab/merl.h>
 
 #include "convert/mend.h"
+#include "core/atomic_file.h"
 #include "lookup/specular.h"
 #include "rgl/rgl_table.h"
 #include "table/h5_head.h"
@@ -295,12 +295,6 @@ static double largest_specular(const hetab_convert_source *source, float *rho) {
   return (double)largest;
 }
 
-static int same_file(const char *a, const char *b) {
-  struct stat about_a, about_b;
-  return stat(a, &about_a) == 0 && stat(b, &about_b) == 0 && about_a.st_dev == about_b.st_dev &&
-         about_a.st_ino == about_b.st_ino;
-}
-
 /* What the file beside the output is called; NULL: HDF5 has none, or the one beside the input is
  * that one. */
 static hetab_status path_beside(hetab_context *ctx, const hetab_convert_source *source,
@@ -310,7 +304,7 @@ static hetab_status path_beside(hetab_context *ctx, const hetab_convert_source *
     return HETAB_OK;
   char *to = hetab_specular_path(ctx, path), *from = hetab_specular_path(ctx, source->path);
   hetab_status status = to && from ? HETAB_OK : HETAB_ERR_MEMORY;
-  if (status == HETAB_OK && (source->format == HETAB_FORMAT_H5 || !same_file(to, from))) {
+  if (status == HETAB_OK && (source->format == HETAB_FORMAT_H5 || !hetab_same_file(to, from))) {
     *name = to;
     to = NULL;
   }

@@ -2,6 +2,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <libgen.h>
 #include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -274,14 +275,31 @@ static int sync_directory(int directory) {
   return fsync(directory) && errno != EINVAL && errno != EROFS ? -1 : 0;
 }
 
+static hetab_status publish_file(hetab_context *ctx, hetab_atomic_file *file) {
+  if (publish(file))
+    return errno == EEXIST ? exists(ctx, file) : hetab_atomic_fail(ctx, file, errno);
+  return sync_directory(file->directory) ? hetab_atomic_fail(ctx, file, errno) : HETAB_OK;
+}
+
+static hetab_status keep(hetab_context *ctx, hetab_atomic_file *file) {
+  hetab_held_files *held = ctx->held;
+  hetab_atomic_file **files = realloc(held->files, (held->count + 1) * sizeof *files);
+  if (!files)
+    return hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for '%s'", file->path);
+  held->files = files;
+  files[held->count++] = file;
+  return HETAB_OK;
+}
+
 hetab_status hetab_atomic_commit(hetab_context *ctx, hetab_atomic_file *file) {
-  hetab_status status = HETAB_OK;
-  if (fsync(file->fd))
-    status = hetab_atomic_fail(ctx, file, errno);
-  else if (publish(file))
-    status = errno == EEXIST ? exists(ctx, file) : hetab_atomic_fail(ctx, file, errno);
-  else if (sync_directory(file->directory))
-    status = hetab_atomic_fail(ctx, file, errno);
+  hetab_status status = fsync(file->fd) ? hetab_atomic_fail(ctx, file, errno) : HETAB_OK;
+  if (status == HETAB_OK && ctx->held) {
+    status = keep(ctx, file);
+    if (status == HETAB_OK)
+      return HETAB_OK;
+  }
+  if (status == HETAB_OK)
+    status = publish_file(ctx, file);
   hetab_atomic_abort(file);
   return status;
 }
@@ -298,4 +316,85 @@ void hetab_atomic_abort(hetab_atomic_file *file) {
   free(file->target);
   free(file->path);
   free(file);
+}
+
+/* --- several files -------------------------------------------------------------------------- */
+
+void hetab_atomic_hold(hetab_context *ctx, hetab_held_files *held) {
+  *held = (hetab_held_files){0};
+  ctx->held = held;
+}
+
+char *hetab_atomic_held_path(hetab_context *ctx, const hetab_held_files *held, size_t i) {
+  const hetab_atomic_file *file = held->files[i];
+  char *path = NULL;
+  int directory = (int)(file->name - file->target);
+  int made = *file->temp ? asprintf(&path, "%.*s%s", directory, file->target, file->temp)
+                         : asprintf(&path, "/proc/self/fd/%d", file->fd);
+  if (made >= 0)
+    return path;
+  hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for the name '%s'", file->path);
+  return NULL;
+}
+
+/* Adds which files have their names to the message of a failure. */
+static void list_published(hetab_context *ctx, hetab_status status, const hetab_held_files *held) {
+  char reason[sizeof ctx->message], names[512] = "";
+  size_t length = 0;
+  snprintf(reason, sizeof reason, "%s", ctx->message);
+  for (size_t i = 0; i < held->published && length < sizeof names; i++)
+    length += (size_t)snprintf(names + length, sizeof names - length, "%s'%s'", i ? ", " : "",
+                               held->files[i]->path);
+  hetab_fail(ctx, status, "%s; published before that: %s", reason, names);
+}
+
+hetab_status hetab_atomic_publish(hetab_context *ctx, hetab_held_files *held) {
+  hetab_status status = HETAB_OK;
+  for (; held->published < held->count; held->published++)
+    HETAB_GOTO(publish_file(ctx, held->files[held->published]));
+done:
+  if (status != HETAB_OK && held->published)
+    list_published(ctx, status, held);
+  hetab_atomic_drop(ctx, held);
+  return status;
+}
+
+void hetab_atomic_drop(hetab_context *ctx, hetab_held_files *held) {
+  for (size_t i = 0; i < held->count; i++)
+    hetab_atomic_abort(held->files[i]);
+  free(held->files);
+  held->files = NULL;
+  held->count = 0;
+  ctx->held = NULL;
+}
+
+/* --- one file or two ------------------------------------------------------------------------ */
+
+/* The directory that path lies in: "." for a bare name; free() it. NULL without memory. */
+static char *directory_of(const char *path) {
+  char *copy = strdup(path);
+  char *directory = copy ? strdup(dirname(copy)) : NULL;
+  free(copy);
+  return directory;
+}
+
+static const char *name_of(const char *path) {
+  const char *slash = strrchr(path, '/');
+  return slash ? slash + 1 : path;
+}
+
+static bool same_inode(const char *a, const char *b) {
+  struct stat info_a, info_b;
+  return stat(a, &info_a) == 0 && stat(b, &info_b) == 0 && info_a.st_dev == info_b.st_dev &&
+         info_a.st_ino == info_b.st_ino;
+}
+
+bool hetab_same_file(const char *a, const char *b) {
+  char *directory_a = directory_of(a), *directory_b = directory_of(b);
+  bool same =
+      same_inode(a, b) || (directory_a && directory_b && strcmp(name_of(a), name_of(b)) == 0 &&
+                           same_inode(directory_a, directory_b));
+  free(directory_a);
+  free(directory_b);
+  return same;
 }

@@ -7,6 +7,7 @@
 #ifndef HETAB_CORE_ATOMIC_FILE_H
 #define HETAB_CORE_ATOMIC_FILE_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <hetab/status.h>
 
@@ -41,10 +42,29 @@ void hetab_atomic_start_sync(const hetab_atomic_file *file);
 /* HETAB_ERR_IO naming the file, for a write that failed with the errno value `error`. */
 hetab_status hetab_atomic_fail(hetab_context *ctx, const hetab_atomic_file *file, int error);
 
-/* Syncs and publishes; frees the file, whatever the outcome. */
+/* Syncs and publishes, or hands over to a hold; frees the file, whatever the outcome. */
 hetab_status hetab_atomic_commit(hetab_context *ctx, hetab_atomic_file *file);
 
 /* Drops the data; NULL is fine. */
 void hetab_atomic_abort(hetab_atomic_file *file);
+
+/* Several files, all or none as far as renames allow: from hold to publish or drop, what is
+ * committed with the context is kept, whole and synced, without its name. One hold at a time. */
+typedef struct hetab_held_files {
+  hetab_atomic_file **files;
+  size_t count, published; /* published: those that have their names, from the first on */
+} hetab_held_files;
+
+void hetab_atomic_hold(hetab_context *ctx, hetab_held_files *held);
+/* Where a held file can be read; free() it. NULL without memory. */
+char *hetab_atomic_held_path(hetab_context *ctx, const hetab_held_files *held, size_t i);
+/* Ends the hold and publishes in the order of the commits. Where one fails, those before it stay:
+ * the message lists them. */
+hetab_status hetab_atomic_publish(hetab_context *ctx, hetab_held_files *held);
+/* Ends the hold and drops what is not published; fine after publish, and on a zeroed one. */
+void hetab_atomic_drop(hetab_context *ctx, hetab_held_files *held);
+
+/* Two paths of one file, existing or not. */
+bool hetab_same_file(const char *a, const char *b);
 
 #endif

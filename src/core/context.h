@@ -9,6 +9,7 @@ struct hetab_context {
   char message[1024];
   hetab_progress_fn progress;
   void *progress_user;
+  struct hetab_held_files *held; /* see core/atomic_file.h; NULL: files are published at once */
 };
 
 /* Record the message and return `status`, so that callers write `return hetab_fail(...)`. Control

@@ -1,4 +1,4 @@
-#include "shader/shader.h"
+#include "shader/shader_parts.h"
 
 #include <ctype.h>
 #include <stdbool.h>

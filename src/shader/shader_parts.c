@@ -5,9 +5,9 @@
 #include "core/context.h"
 #include "model/model.h"
 #include "model/universal.h"
-#include "shader/shader.h"
+#include "shader/shader_parts.h"
 
-enum { COUNT = HETAB_UNIVERSAL_COUNT };
+enum { COUNT = HETAB_SPLINE_COUNT };
 
 /* ---- the table ----------------------------------------------------------------------------- */
 
@@ -227,7 +227,7 @@ static hetab_status write_version(const hetab_shader_input *input, FILE *out) {
     return HETAB_OK;                                                                               \
   }
 CONSTANT(count, "%d", COUNT)
-CONSTANT(cells, "%d.0", HETAB_UNIVERSAL_CELLS)
+CONSTANT(cells, "%d.0", HETAB_SPLINE_CELLS)
 CONSTANT(soft_g, "%.1f", HETAB_UNIVERSAL_SOFT_G)
 CONSTANT(root, "%.9g", HETAB_UNIVERSAL_ROOT)
 CONSTANT(soft_v, "%.1f", HETAB_UNIVERSAL_SOFT_V)

@@ -1,6 +1,6 @@
 /* Texts of the model: templates in which @NAME@ stands for a part. */
-#ifndef HETAB_SHADER_SHADER_H
-#define HETAB_SHADER_SHADER_H
+#ifndef HETAB_SHADER_SHADER_PARTS_H
+#define HETAB_SHADER_SHADER_PARTS_H
 
 #include <stdio.h>
 
