@@ -218,7 +218,7 @@ class Laboratory(unittest.TestCase):
         surface.wavelengths_um = [0.55]
         found = hetab.audit(surface)
         self.assertEqual(found.verdict, "pass")
-        self.assertEqual(found.energy.shape, (1, len(found.theta_i_deg)))
+        self.assertEqual(found.energy.shape, (1, len(found.theta_i)))
         self.assertLessEqual({c.verdict for c in found.checks}, {"pass"})
         self.assertLess(found.energy["dh"].max(), 1)
 
