@@ -208,11 +208,13 @@
 #define TOL_RGL_MITSUBA_SAMPLE 3e-4
 /* measured 2.1; standard deviations of a chi-square */
 #define TOL_RGL_CHI_SQUARE 4
-/* measured 0.0076 and 0.0025; what tables are asked for: 1 % and 0.3 % */
+/* measured 0.0077 and 0.0021; what tables are asked for: 1 % and a third of it */
 #define TOL_RGL_L1 0.01
-#define TOL_RGL_BIAS 0.003
-/* measured 2.6e-5; f >= 1e-3 / sr within 17 degrees of the mirror; 12 of 31 wavelengths */
-#define TOL_RGL_SOURCE 1e-4
+#define TOL_RGL_BIAS 0.0033
+/* measured 1.1e-5; float, and the universal table of h once more interpolated */
+#define TOL_RGL_SOURCE_L1 5e-5
+/* measured 2.1e-3; f >= 1e-3 / sr, of lobes whose top is up to 1e5 */
+#define TOL_RGL_SOURCE 5e-3
 /* measured 1.0e-5; what is read is normalised again */
 #define TOL_RGL_FILE 1e-4
 

@@ -214,6 +214,6 @@ const cli_command cli_tabulate = {
         "kernel_entries_per_second, error (samples, compared, max_rel, p99_rel, rms_rel, "
         "max_abs_below_floor, bad; null without samples), specular (max, file, in_table, cone_deg) "
         "and, for merl, clamped; for exr, saturated; for rgl, table (bands, table_error, error_l1, "
-        "bias, theta_i, resolution, bytes, clamped).",
+        "bias, error_grazing, theta_i, resolution, bytes, clamped).",
     .run = run,
 };

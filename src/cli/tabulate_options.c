@@ -94,7 +94,8 @@ static cli_option *renderer_options(cli_option *next, tabulate_request *r) {
        "OpenEXR, RGL: rgb or spectral (rgb); MERL: wavelengths in nm of mono or bands (R,G,B)",
        &r->bands, 0, 0},
       {CLI_NUMBER, "table-error", 0, "E",
-       "largest error of an RGL table, relative L1 at any incidence up to 80 degrees (0.01)",
+       "RGL: the smallest table whose relative L1 is at most E and whose bias is at most E / 3 at "
+       "every incidence to 80 degrees, and L1 at most 0.1 beyond (0.01)",
        &r->table_error, 1e-4, 0.5},
       {CLI_NUMBER, "specular-cone", 0, "DEG",
        "fold the specular delta into the MERL table as an energy-preserving lobe that wide",

@@ -1,4 +1,5 @@
 /* What a finished tabulation says on standard output. */
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -46,10 +47,11 @@ static const char *bands_name(const tabulate_job *job) {
 }
 
 static json_t *rgl_json(const tabulate_job *job, const hetab_rgl_report *r) {
-  return json_pack("{ss sf sf sf sI sI sI sI}", "bands", bands_name(job), "table_error", r->target,
-                   "error_l1", r->error_l1, "bias", r->bias, "theta_i",
-                   (json_int_t)r->theta_i_count, "resolution", (json_int_t)r->resolution, "bytes",
-                   (json_int_t)r->bytes, "clamped", (json_int_t)r->clamped);
+  return json_pack("{ss sf sf sf sf sI sI sI sI}", "bands", bands_name(job), "table_error",
+                   r->target, "error_l1", r->error_l1, "bias", r->bias, "error_grazing",
+                   r->error_grazing, "theta_i", (json_int_t)r->theta_i_count, "resolution",
+                   (json_int_t)r->resolution, "bytes", (json_int_t)r->bytes, "clamped",
+                   (json_int_t)r->clamped);
 }
 
 static const char *format_name(hetab_format format) {
@@ -124,9 +126,13 @@ static void print_row(const char *path, const hetab_report *report, int width) {
 
 static void print_rgl(const tabulate_job *job, const char *path, const hetab_rgl_report *r) {
   printf("%s: %s, %zu incidences of %zu x %zu nodes, %.2f MB; relative L1 error at most %.2g (%.2g "
-         "asked for), bias %.1g\n",
+         "asked for), bias %.2g; beyond 80 degrees %.2g\n",
          path, bands_name(job), r->theta_i_count, r->resolution, r->resolution,
-         1e-6 * (double)r->bytes, r->error_l1, r->target, r->bias);
+         1e-6 * (double)r->bytes, r->error_l1, r->target, r->bias, r->error_grazing);
+  if (r->error_l1 > r->target || fabs(r->bias) > r->target / 3.0 || r->error_grazing > 0.1)
+    printf("%s: warning: no table of any size keeps that error, this is the largest: allow more by "
+           "--table-error, or take .h5\n",
+           path);
 }
 
 static void print_exr(const char *path, const hetab_output_report *r) {
@@ -176,7 +182,7 @@ static void print_engine(const tabulate_job *job) {
     printf("%s on %s, method %s, %s\n", hetab_surface_name(job->surface), report->device,
            hetab_method_name(report->method), hetab_precision_name(report->precision));
   else
-    printf("%s on the host, double\n", hetab_surface_name(job->surface));
+    printf("%s on the host\n", hetab_surface_name(job->surface));
 }
 
 static int print_text(const tabulate_job *job) {

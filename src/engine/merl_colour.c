@@ -50,7 +50,7 @@ static hetab_status set_waves(hetab_merl_job *job) {
     return HETAB_ERR_MEMORY;
   for (size_t w = 0; w < count; w++) {
     double *row = job->waves + w * HETAB_WAVE_REALS;
-    hetab_wave_row(job->engine, job->surface, &job->bands[w], row);
+    hetab_band_row(job->engine, job->surface, &job->bands[w], row);
     memcpy(row + HETAB_WAVE_WEIGHTS, job->weights[w], sizeof job->weights[w]);
   }
   return HETAB_OK;

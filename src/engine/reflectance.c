@@ -140,10 +140,10 @@ static void fill_nodes(const job *j, size_t ray, hetab_node *nodes, double *colu
                        size_t stride) {
   hetab_hemisphere_ray(&j->at, ray, j->rays, j->nodes, nodes);
   for (size_t i = 0; i < j->nodes; i++) {
-    columns[i] = nodes[i].cos2_d;
-    columns[stride + i] = nodes[i].lateral2;
-    columns[2 * stride + i] = nodes[i].g;
-    columns[3 * stride + i] = nodes[i].weight;
+    columns[HETAB_NODE_COS2_D * stride + i] = nodes[i].cos2_d;
+    columns[HETAB_NODE_LATERAL2 * stride + i] = nodes[i].lateral2;
+    columns[HETAB_NODE_G * stride + i] = nodes[i].g;
+    columns[HETAB_NODE_WEIGHT * stride + i] = nodes[i].weight;
   }
 }
 
@@ -152,7 +152,11 @@ static void fill_launch(const integration *in, const launch *l, hetab_node *node
   for (size_t i = l->first; i < l->end; i++) {
     const job *j = &in->jobs[i];
     for (size_t r = 0; !j->done && r <= j->rays; r++) {
-      const size_t fields[HETAB_RAY_INTS] = {node, j->nodes, j->first_band, j->band_count, result};
+      const size_t fields[HETAB_RAY_INTS] = {[HETAB_RAY_FIRST_NODE] = node,
+                                             [HETAB_RAY_NODES] = j->nodes,
+                                             [HETAB_RAY_FIRST_WAVE] = j->first_band,
+                                             [HETAB_RAY_WAVES] = j->band_count,
+                                             [HETAB_RAY_FIRST_SUM] = result};
       for (size_t f = 0; f < HETAB_RAY_INTS; f++)
         l->rays[ray * HETAB_RAY_INTS + f] = (cl_int)fields[f];
       fill_nodes(j, r, nodes, l->nodes + node, l->stride);
@@ -219,8 +223,8 @@ static estimate estimate_of(const integration *in, const void *sums, size_t firs
   double all = 0.0, even = 0.0, along = 0.0;
   for (size_t r = 0; r <= rays; r++) {
     size_t at = (first + r * stride) * HETAB_SUM_REALS;
-    double coarse = hetab_real_at(in->engine, sums, at);
-    double rest = hetab_real_at(in->engine, sums, at + 1);
+    double coarse = hetab_real_at(in->engine, sums, at + HETAB_SUM_FIRST);
+    double rest = hetab_real_at(in->engine, sums, at + HETAB_SUM_SECOND);
     all += coarse + rest;
     even += r % 2 ? 0.0 : coarse + rest;
     along += fabs(rest - coarse);
@@ -363,9 +367,12 @@ static hetab_status open_kernel(integration *in) {
   double *rows = hetab_alloc(in->ctx, in->band_count, HETAB_WAVE_REALS * sizeof *rows);
   if (!rows)
     return HETAB_ERR_MEMORY;
-  for (size_t b = 0; b < in->band_count; b++)
-    hetab_wave_row(in->engine, in->surface, &hetab_surface_bands(in->surface)[b],
-                   rows + b * HETAB_WAVE_REALS);
+  for (size_t b = 0; b < in->band_count; b++) {
+    hetab_wave wave =
+        hetab_wave_of(hetab_surface_sigma0_um(in->surface), hetab_surface_tau_um(in->surface),
+                      &hetab_surface_bands(in->surface)[b]);
+    hetab_wave_row(in->engine, &wave, rows + b * HETAB_WAVE_REALS);
+  }
   hetab_status status = hetab_lane_upload(in->ctx, in->engine, lane, rows,
                                           in->band_count * HETAB_WAVE_REALS, &in->waves);
   free(rows);

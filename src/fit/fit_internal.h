@@ -3,11 +3,11 @@
 #ifndef HETAB_FIT_FIT_INTERNAL_H
 #define HETAB_FIT_FIT_INTERNAL_H
 
-#include <CL/cl.h>
 #include <hetab/fit.h>
 #include <hetab/reflectance.h>
 
 #include "core/context.h"
+#include "engine/points.h"
 
 enum { HETAB_FIT_MOST_FREE = 3 }; /* unknowns but the diffuse part: two of roughness, and n */
 enum { HETAB_FIT_MOST_BANDS = 1024, HETAB_FIT_MOST_DIFFUSE = 256 };
@@ -52,9 +52,8 @@ void hetab_fit_data_clear(hetab_fit_data *data);
 
 typedef struct hetab_fit_model {
   hetab_engine *engine;
-  cl_kernel kernel;
+  hetab_places *places;
   hetab_surface *surface; /* its roughness and n are set before each evaluation */
-  double *columns;        /* of a batch */
   hetab_reflectance *reflectances;
   double *theta_i_deg; /* of the active incidences */
 } hetab_fit_model;

@@ -9,9 +9,10 @@
 #include "rgl/rgl_table.h"
 #include "rgl/rgl_trial.h"
 
-/* Incidences, every 2 degrees; those up to 80 degrees count. */
-enum { TRIAL_INCIDENCES = 32, TRIAL_DIRECTIONS = 1000 };
+/* Incidences, every 2 degrees. */
 enum { PROBES = 46, LAST_PROBE = 40, PROBE_RESOLUTION = 12 };
+/* Beyond 80 degrees the error may be this much larger. */
+static const double grazing_share = 8.0;
 
 /* ---- incidences ---------------------------------------------------------------------------- */
 
@@ -61,8 +62,9 @@ static hetab_status probe_density(hetab_context *ctx, const hetab_rgl_source *so
     density[k] = sqrt(error) / (2 * step);
   }
   density[0] = density[1];
+  density[PROBES - 1] = density[PROBES - 2];
   for (size_t k = LAST_PROBE + 1; k < PROBES; k++)
-    density[k] = fmin(density[k], density[LAST_PROBE]);
+    density[k] /= sqrt(grazing_share);
 done:
   free(slices);
   hetab_rgl_free(probe);
@@ -88,19 +90,10 @@ static void place_incidences(const double *density, size_t count, double *theta_
 
 /* ---- one shape ----------------------------------------------------------------------------- */
 
-static hetab_status build_with(hetab_context *ctx, const hetab_rgl_source *source,
-                               const double *density, const hetab_rgl_shape *shape,
-                               hetab_rgl **out) {
-  hetab_status status;
-  *out = NULL;
-  double *theta_i = hetab_alloc(ctx, shape->theta_i, sizeof *theta_i);
-  if (!theta_i)
-    return HETAB_ERR_MEMORY;
-  place_incidences(density, shape->theta_i, theta_i);
-  HETAB_GOTO(hetab_rgl_new(ctx, source, shape, theta_i, out));
-  HETAB_GOTO(hetab_rgl_fill(ctx, source, *out));
-done:
-  free(theta_i);
+static hetab_status build_at(hetab_context *ctx, const hetab_rgl_source *source,
+                             const double *theta_i, const hetab_rgl_shape *shape, hetab_rgl **out) {
+  HETAB_TRY(hetab_rgl_new(ctx, source, shape, theta_i, out));
+  hetab_status status = hetab_rgl_fill(ctx, source, *out);
   if (status != HETAB_OK) {
     hetab_rgl_free(*out);
     *out = NULL;
@@ -108,181 +101,169 @@ done:
   return status;
 }
 
-hetab_status hetab_rgl_build_at(hetab_context *ctx, const hetab_rgl_source *source,
-                                const hetab_rgl_shape *shape, hetab_rgl **out) {
-  double density[PROBES];
-  *out = NULL;
-  HETAB_TRY(probe_density(ctx, source, density));
-  return build_with(ctx, source, density, shape, out);
-}
-
 hetab_status hetab_rgl_measure(hetab_context *ctx, const hetab_rgl_source *source,
                                const hetab_rgl *rgl, hetab_rgl_report *report) {
   hetab_rgl_trial trial;
-  HETAB_TRY(
-      hetab_rgl_trial_create(ctx, source, rgl, TRIAL_INCIDENCES, TRIAL_DIRECTIONS, 1, &trial));
-  hetab_status status = hetab_rgl_trial_run(ctx, &trial, rgl, &report->error_l1, &report->bias);
+  HETAB_TRY(hetab_rgl_trial_create(ctx, source, rgl, 2, &trial));
+  hetab_rgl_trial_run(&trial, rgl, report);
   hetab_rgl_trial_clear(&trial);
-  return status;
+  return HETAB_OK;
 }
 
-/* ---- the smallest shape that serves -------------------------------------------------------- */
+/* ---- the candidates ------------------------------------------------------------------------ */
 
-static const size_t theta_i_counts[] = {4, 6, 8, 10, 12, 14, 16, 18, 20, 24, 28, 32, 40, 48, 64};
-static const size_t resolutions[] = {8, 12, 16, 20, 24, 28, 32, 40, 48, 56, 64, 80, 96, 128};
 enum {
-  THETA_I_COUNTS = sizeof theta_i_counts / sizeof *theta_i_counts,
-  RESOLUTIONS = sizeof resolutions / sizeof *resolutions
+  MOST_THETA_I = 96,
+  MOST_RESOLUTION = 128,
+  LEAST_THETA_I = 4,
+  LEAST_RESOLUTION = 8,
+  LEVELS = 48
 };
 
-/* Of what was asked for, so that other random directions find the error below it too. */
-static const double margin = 0.8;
+/* Of what is asked for, so that other random directions find the error below it too. */
+static const double margin = 0.9;
 /* The bias asked for, of the error. */
-static const double bias_share = 0.3;
+static const double bias_share = 1.0 / 3.0;
+/* From the error expected of one candidate to that of the next. */
+static const double coarsest = 0.3, finer = 0.87;
 
+/* What one surface's candidates are made of. Incidences alone would leave an error of (intervals /
+ * (theta_i - 1))^2, nodes one of (cells / (resolution - 1))^2. */
 typedef struct search {
   hetab_context *ctx;
   const hetab_rgl_source *source;
   double target;
   double density[PROBES];
+  double intervals, cells;
   hetab_rgl_shape shape;
   hetab_rgl_trial trial;
-  size_t tried;
-  hetab_rgl *best; /* the smallest that serves, else the most accurate */
+  size_t failing; /* an incidence where the last candidate did not serve */
+  hetab_rgl *best;
   hetab_rgl_report report;
 } search;
 
-/* The errors over what is allowed: at most 1 serves. */
-static double excess_of(const search *s, const hetab_rgl_report *report) {
+static size_t clamp_count(double count, size_t least, size_t most) {
+  return count < (double)least ? least : count > (double)most ? most : (size_t)count;
+}
+
+/* The shape that errors of `level` are expected of. A quarter of it is left to the incidences,
+ * whose errors are biased: their cost is linear, that of nodes quadratic. */
+static hetab_rgl_shape shape_for(const search *s, double level) {
+  hetab_rgl_shape shape = s->shape;
+  shape.theta_i =
+      clamp_count(ceil(s->intervals / sqrt(0.5 * level)) + 1.0, LEAST_THETA_I, MOST_THETA_I);
+  shape.resolution =
+      clamp_count(ceil(s->cells / sqrt(0.5 * level)) + 1.0, LEAST_RESOLUTION, MOST_RESOLUTION);
+  return shape;
+}
+
+static int is_same(const hetab_rgl_shape *a, const hetab_rgl_shape *b) {
+  return a->theta_i == b->theta_i && a->resolution == b->resolution;
+}
+
+static int serves(const search *s, const hetab_rgl_report *report) {
   double allowed = margin * s->target;
-  return fmax(report->error_l1 / allowed, fabs(report->bias) / (bias_share * allowed));
+  return report->error_l1 <= allowed && fabs(report->bias) <= bias_share * allowed &&
+         report->error_grazing <= 0.1;
 }
 
-/* Whether `report` is of a better table than the best so far. */
-static int is_better(const search *s, const hetab_rgl_report *report) {
-  if (!s->best)
-    return 1;
-  double excess = excess_of(s, report), best = excess_of(s, &s->report);
-  if (excess <= 1.0 && best <= 1.0)
-    return report->bytes < s->report.bytes;
-  return excess < best;
+/* The report's errors; of a candidate that does not serve and is not the last, those up to the
+ * incidence that shows it. It begins where the candidate before failed. */
+static void judge(search *s, int is_last) {
+  for (size_t n = 0; n < s->trial.incidences; n++) {
+    size_t k = (s->failing + n) % s->trial.incidences;
+    hetab_rgl_trial_add(&s->trial, k, s->best, &s->report);
+    if (!is_last && !serves(s, &s->report)) {
+      s->failing = k;
+      return;
+    }
+  }
 }
 
-static hetab_status try_shape(search *s, const hetab_rgl_shape *shape, double *excess) {
+static hetab_status try_shape(search *s, const hetab_rgl_shape *shape, int is_last) {
+  double theta_i[MOST_THETA_I];
   hetab_rgl_report report = {.target = s->target,
                              .theta_i_count = shape->theta_i,
                              .ndf_count = shape->ndf,
                              .vndf_count = shape->vndf_theta,
                              .resolution = shape->resolution};
-  hetab_rgl *rgl;
-  hetab_status status;
-  HETAB_TRY(build_with(s->ctx, s->source, s->density, shape, &rgl));
-  HETAB_GOTO(hetab_rgl_trial_run(s->ctx, &s->trial, rgl, &report.error_l1, &report.bias));
-  HETAB_GOTO(hetab_rgl_bytes(s->ctx, rgl, &report.bytes));
-  HETAB_GOTO(hetab_progress(s->ctx, (double)++s->tried, THETA_I_COUNTS + RESOLUTIONS));
-  *excess = excess_of(s, &report);
-  if (is_better(s, &report)) {
-    hetab_rgl_free(s->best);
-    s->best = rgl;
-    s->report = report;
-    return HETAB_OK;
-  }
-done:
-  hetab_rgl_free(rgl);
-  return status;
+  hetab_rgl_free(s->best);
+  place_incidences(s->density, shape->theta_i, theta_i);
+  HETAB_TRY(build_at(s->ctx, s->source, theta_i, shape, &s->best));
+  HETAB_TRY(hetab_rgl_bytes(s->ctx, s->best, &report.bytes));
+  s->report = report;
+  judge(s, is_last);
+  return HETAB_OK;
 }
 
-/* The first count of incidences whose own error is far below the target. */
-static size_t enough_incidences(const search *s) {
-  double intervals = 0.0, step = M_PI_2 / (PROBES - 1);
-  for (size_t k = 1; k < PROBES; k++)
-    intervals += 0.5 * (s->density[k - 1] + s->density[k]) * step;
-  intervals /= sqrt(0.3 * s->target);
-  size_t t = 0;
-  while (t + 1 < THETA_I_COUNTS && (double)theta_i_counts[t] < intervals + 1.0)
-    t++;
-  return t;
-}
-
-/* The next resolution for a table whose error is `excess` times what it should be. */
-static size_t more_nodes(size_t r, double excess) {
-  double factor = fmin(sqrt(fmax(excess, 1.0)), 1.8);
-  size_t next = r + 1;
-  while (next + 1 < RESOLUTIONS && (double)resolutions[next + 1] <= factor * (double)resolutions[r])
-    next++;
-  return next;
-}
-
-/* Numbers in a table's large arrays: what its file's size goes by. */
-static size_t numbers(const search *s, size_t theta_i, size_t resolution) {
-  return theta_i * (s->shape.vndf_theta * s->shape.vndf_phi +
-                    (s->source->channels + 1) * resolution * resolution);
-}
-
-/* Whether a table that serves is known, and one of this shape would be no smaller. */
-static int is_in_vain(const search *s, const hetab_rgl_shape *shape) {
-  return s->best && excess_of(s, &s->report) <= 1.0 &&
-         numbers(s, shape->theta_i, shape->resolution) >=
-             numbers(s, s->report.theta_i_count, s->report.resolution);
-}
-
-/* Along the border between shapes that serve and shapes that do not: more nodes where one does not,
- * fewer incidences where it does, or where it would be no smaller than one that does. */
-static hetab_status walk(search *s, size_t t) {
-  size_t r = 0;
-  while (r < RESOLUTIONS) {
-    hetab_rgl_shape shape = s->shape;
-    double excess = 0.0;
-    shape.theta_i = theta_i_counts[t];
-    shape.resolution = resolutions[r];
-    if (!is_in_vain(s, &shape))
-      HETAB_TRY(try_shape(s, &shape, &excess));
-    if (excess > 1.0)
-      r = more_nodes(r, excess);
-    else if (t == 0)
+/* The first candidate that serves, else the last. Candidates do not depend on the target, and those
+ * that are left out untried are fewer for a larger one, so that more error allowed never asks for a
+ * larger file. */
+static hetab_status find_shape(search *s) {
+  const double hopeless = 4.0; /* times the target */
+  hetab_rgl_shape next = shape_for(s, coarsest);
+  double level = coarsest;
+  for (size_t k = 0; k < LEVELS; k++) {
+    hetab_rgl_shape shape = next;
+    int is_last = k + 1 == LEVELS, is_tried = level <= hopeless * s->target || is_last;
+    next = shape_for(s, level *= finer);
+    if (!is_last && (!is_tried || is_same(&shape, &next)))
+      continue;
+    HETAB_TRY(try_shape(s, &shape, is_last));
+    HETAB_TRY(hetab_progress(s->ctx, (double)k, LEVELS));
+    if (serves(s, &s->report))
       break;
-    else
-      t--;
   }
   return HETAB_OK;
 }
 
-/* From as many incidences as should be enough; from the most if they are not. */
-static hetab_status find_shape(search *s) {
-  size_t enough = enough_incidences(s), most = THETA_I_COUNTS - 1;
-  HETAB_TRY(walk(s, enough));
-  if (excess_of(s, &s->report) <= 1.0 || enough == most)
-    return HETAB_OK;
-  return walk(s, most);
-}
-
-/* Nodes for the lobe: at least 8 over its half width. */
+/* Nodes for the lobe: at least 4 over its half width. */
 static hetab_status choose_nodes(search *s) {
   enum { FINE = 1024 };
   double theta[FINE], density[FINE];
-  size_t half = 1, nodes = 64;
+  size_t half = 1, nodes = 32;
   for (size_t i = 0; i < FINE; i++)
     theta[i] = hetab_rgl_u_to_theta((double)i / (FINE - 1));
   HETAB_TRY(hetab_rgl_lobe_from_data(s->ctx, s->source, theta, FINE, density));
   while (half + 1 < FINE && density[half] > 0.5 * density[0])
     half++;
-  while (nodes < 256 && nodes * half < 8 * FINE)
+  while (nodes < 256 && nodes * half < 4 * FINE)
     nodes *= 2;
-  s->shape = (hetab_rgl_shape){
-      .ndf = 4 * nodes, .vndf_theta = nodes, .vndf_phi = 32, .theta_i = 12, .resolution = 24};
+  s->shape = (hetab_rgl_shape){.ndf = 4 * nodes, .vndf_theta = nodes, .vndf_phi = 16};
   return HETAB_OK;
 }
 
-static hetab_status prepare(search *s) {
-  hetab_rgl *coarse = NULL;
+/* How many nodes an error of 1 would take: of a table read at its own incidences. */
+static hetab_status probe_cells(search *s) {
+  enum { SLICES = 6, RESOLUTION = 24 };
+  static const double theta_deg[SLICES] = {0.0, 20.0, 40.0, 60.0, 75.0, 90.0};
+  double theta_i[SLICES];
+  hetab_rgl_shape shape = s->shape;
+  hetab_rgl_report report;
+  hetab_rgl_trial own = {0};
+  hetab_rgl *probe;
   hetab_status status;
+  shape.theta_i = SLICES;
+  shape.resolution = RESOLUTION;
+  for (size_t k = 0; k < SLICES; k++)
+    theta_i[k] = hetab_radians(theta_deg[k]);
+  HETAB_TRY(build_at(s->ctx, s->source, theta_i, &shape, &probe));
+  HETAB_GOTO(hetab_rgl_trial_at(s->ctx, s->source, probe, theta_i, SLICES - 1, &own));
+  hetab_rgl_trial_run(&own, probe, &report);
+  s->cells = (RESOLUTION - 1) * sqrt(report.error_l1);
+  HETAB_GOTO(hetab_rgl_trial_create(s->ctx, s->source, probe, 1, &s->trial));
+done:
+  hetab_rgl_trial_clear(&own);
+  hetab_rgl_free(probe);
+  return status;
+}
+
+static hetab_status prepare(search *s) {
   HETAB_TRY(choose_nodes(s));
   HETAB_TRY(probe_density(s->ctx, s->source, s->density));
-  HETAB_TRY(build_with(s->ctx, s->source, s->density, &s->shape, &coarse));
-  status = hetab_rgl_trial_create(s->ctx, s->source, coarse, TRIAL_INCIDENCES, TRIAL_DIRECTIONS, 1,
-                                  &s->trial);
-  hetab_rgl_free(coarse);
-  return status;
+  for (size_t k = 1; k < PROBES; k++)
+    s->intervals += 0.5 * (s->density[k - 1] + s->density[k]) * M_PI_2 / (PROBES - 1);
+  return probe_cells(s);
 }
 
 hetab_status hetab_rgl_build(hetab_context *ctx, const hetab_rgl_source *source,

@@ -18,11 +18,12 @@ typedef hetab_status (*hetab_rgl_values_fn)(hetab_context *ctx, void *user,
                                             double *values);
 
 typedef struct hetab_rgl_source {
-  size_t channels;               /* 3 for linear sRGB, else one a wavelength */
-  const double *wavelengths_um;  /* [channels], ascending; NULL: linear sRGB */
-  const char *description;       /* goes into the file; NULL: none */
-  hetab_rgl_values_fn values;    /* isotropic: even in phi */
-  hetab_rgl_values_fn reference; /* what errors are measured against; NULL: values */
+  size_t channels;              /* 3 for linear sRGB, else one a wavelength */
+  const double *wavelengths_um; /* [channels], ascending; NULL: linear sRGB */
+  const char *description;      /* goes into the file; NULL: none */
+  hetab_rgl_values_fn values;   /* isotropic: even in phi */
+  /* What is reflected beside the table: the delta's reflectance, the sum over channels. NULL: 0. */
+  double (*specular)(void *user, double theta_i);
   void *user;
 } hetab_rgl_source;
 
@@ -34,19 +35,14 @@ typedef struct hetab_rgl_shape {
   size_t resolution;           /* nodes of luminance and spectra along either axis */
 } hetab_rgl_shape;
 
-/* The smallest table whose error is below options->table_error, or, where none is, the most
- * accurate one that was tried: report->error_l1 tells. HETAB_OK in both cases. */
+/* The smallest candidate whose errors are below options->table_error, or, where none is, the
+ * largest: report->error_l1 tells. HETAB_OK in both cases. */
 hetab_status hetab_rgl_build(hetab_context *ctx, const hetab_rgl_source *source,
                              const hetab_rgl_options *options, hetab_rgl **out,
                              hetab_rgl_report *report);
 
-/* A table of this shape. */
-hetab_status hetab_rgl_build_at(hetab_context *ctx, const hetab_rgl_source *source,
-                                const hetab_rgl_shape *shape, hetab_rgl **out);
-
 /* What the reader makes of any table, against the source (the same channels): fills the report's
- * errors, over incidences from 0 to 80 degrees, directions drawn half from the table's own sampler
- * and half evenly. */
+ * errors. Directions are drawn half from the table's own sampler and half evenly. */
 hetab_status hetab_rgl_measure(hetab_context *ctx, const hetab_rgl_source *source,
                                const hetab_rgl *rgl, hetab_rgl_report *report);
 

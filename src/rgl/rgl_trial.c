@@ -6,38 +6,38 @@
 #include "core/random.h"
 #include "model/model.h"
 
-static const double last_deg = 80.0;
+enum { DIRECTIONS = 1000, UP_TO_LAST = 32, GRAZING = 8 };
+
+static const double last_deg = 80.0, grazing_deg = 89.0;
 
 void hetab_rgl_trial_clear(hetab_rgl_trial *trial) {
+  free(trial->theta_i);
   free(trial->wi);
   free(trial->wo);
   free(trial->weight);
   free(trial->values);
+  free(trial->specular);
+  free(trial->value);
   *trial = (hetab_rgl_trial){0};
 }
 
 static hetab_status allocate(hetab_context *ctx, hetab_rgl_trial *t) {
   size_t count = t->incidences * t->directions;
+  t->theta_i = hetab_alloc(ctx, t->incidences, sizeof *t->theta_i);
   t->wi = hetab_alloc(ctx, t->incidences, sizeof *t->wi);
   t->wo = hetab_alloc(ctx, count, sizeof *t->wo);
   t->weight = hetab_alloc(ctx, count, sizeof *t->weight);
   t->values = hetab_alloc(ctx, count * t->channels, sizeof *t->values);
-  return t->wi && t->wo && t->weight && t->values ? HETAB_OK : HETAB_ERR_MEMORY;
+  t->specular = hetab_alloc(ctx, t->incidences, sizeof *t->specular);
+  t->value = hetab_alloc(ctx, t->channels, sizeof *t->value);
+  int good = t->theta_i && t->wi && t->wo && t->weight && t->values && t->specular && t->value;
+  return good ? HETAB_OK : HETAB_ERR_MEMORY;
 }
 
 static void set_direction(double theta, double phi, float w[3]) {
   w[0] = (float)(sin(theta) * cos(phi));
   w[1] = (float)(sin(theta) * sin(phi));
   w[2] = (float)cos(theta);
-}
-
-static double incidence(const hetab_rgl_trial *t, size_t k, uint64_t *state) {
-  double last = hetab_radians(last_deg), intervals = (double)(t->incidences - 2);
-  if (k == 0)
-    return 0.0;
-  if (k + 1 == t->incidences)
-    return last;
-  return last * ((double)(k - 1) + hetab_random_unit(state)) / intervals;
 }
 
 /* Direction j of an incidence; its weight by both densities (the balance heuristic). Evenly over
@@ -61,27 +61,26 @@ static hetab_rgl_pair pair_of(const float wi[3], const float wo[3]) {
                           atan2(i[0] * r[1] - i[1] * r[0], i[0] * r[0] + i[1] * r[1])};
 }
 
-hetab_status hetab_rgl_trial_create(hetab_context *ctx, const hetab_rgl_source *source,
-                                    const hetab_rgl *sampler, size_t incidences, size_t directions,
-                                    unsigned seed, hetab_rgl_trial *trial) {
-  size_t count = incidences * directions;
-  uint64_t state = seed;
+static hetab_status trial_at(hetab_context *ctx, const hetab_rgl_source *source,
+                             const hetab_rgl *sampler, const double *theta_i, size_t incidences,
+                             uint64_t state, hetab_rgl_trial *trial) {
+  size_t count = incidences * DIRECTIONS;
   hetab_status status;
   *trial = (hetab_rgl_trial){
-      .incidences = incidences, .directions = directions, .channels = source->channels};
+      .incidences = incidences, .directions = DIRECTIONS, .channels = source->channels};
   hetab_rgl_pair *pairs = hetab_alloc(ctx, count, sizeof *pairs);
   HETAB_GOTO(pairs ? allocate(ctx, trial) : HETAB_ERR_MEMORY);
   for (size_t k = 0; k < incidences; k++) {
-    set_direction(incidence(trial, k, &state), 2.0 * M_PI * hetab_random_unit(&state),
-                  trial->wi[k]);
-    for (size_t j = 0, i = k * directions; j < directions; j++, i++) {
+    trial->theta_i[k] = theta_i[k];
+    trial->specular[k] = source->specular ? source->specular(source->user, theta_i[k]) : 0.0;
+    set_direction(theta_i[k], 2.0 * M_PI * hetab_random_unit(&state), trial->wi[k]);
+    for (size_t j = 0, i = k * DIRECTIONS; j < DIRECTIONS; j++, i++) {
       trial->weight[i] = draw(sampler, trial->wi[k], j, &state, trial->wo[i]);
       if (trial->weight[i] > 0.0)
         pairs[i] = pair_of(trial->wi[k], trial->wo[i]);
     }
   }
-  hetab_rgl_values_fn reference = source->reference ? source->reference : source->values;
-  HETAB_GOTO(reference(ctx, source->user, pairs, count, trial->values));
+  HETAB_GOTO(source->values(ctx, source->user, pairs, count, trial->values));
 done:
   free(pairs);
   if (status != HETAB_OK)
@@ -89,16 +88,34 @@ done:
   return status;
 }
 
+hetab_status hetab_rgl_trial_at(hetab_context *ctx, const hetab_rgl_source *source,
+                                const hetab_rgl *sampler, const double *theta_i, size_t count,
+                                hetab_rgl_trial *trial) {
+  return trial_at(ctx, source, sampler, theta_i, count, 3, trial);
+}
+
+hetab_status hetab_rgl_trial_create(hetab_context *ctx, const hetab_rgl_source *source,
+                                    const hetab_rgl *sampler, uint64_t seed,
+                                    hetab_rgl_trial *trial) {
+  double theta_i[UP_TO_LAST + GRAZING] = {0.0}, last = hetab_radians(last_deg);
+  double step = (hetab_radians(grazing_deg) - last) / GRAZING;
+  for (size_t k = 1; k + 1 < UP_TO_LAST; k++)
+    theta_i[k] = last * ((double)(k - 1) + hetab_random_unit(&seed)) / (UP_TO_LAST - 2);
+  for (size_t k = 0; k <= GRAZING; k++)
+    theta_i[UP_TO_LAST - 1 + k] = last + step * (double)k;
+  return trial_at(ctx, source, sampler, theta_i, UP_TO_LAST + GRAZING, seed, trial);
+}
+
 /* Sums over one incidence: of |difference|, the difference, and the reference. */
-static void add_incidence(const hetab_rgl_trial *t, const hetab_rgl *rgl, size_t k, float *value,
+static void add_incidence(const hetab_rgl_trial *t, const hetab_rgl *rgl, size_t k,
                           double sums[3]) {
   for (size_t i = k * t->directions; i < (k + 1) * t->directions; i++) {
     if (!(t->weight[i] > 0.0))
       continue;
-    hetab_rgl_eval(rgl, t->wi[k], t->wo[i], value);
+    hetab_rgl_eval(rgl, t->wi[k], t->wo[i], t->value);
     for (size_t c = 0; c < t->channels; c++) {
       double reference = t->values[i * t->channels + c];
-      double difference = (double)value[c] - reference;
+      double difference = (double)t->value[c] - reference;
       sums[0] += t->weight[i] * fabs(difference);
       sums[1] += t->weight[i] * difference;
       sums[2] += t->weight[i] * reference;
@@ -106,20 +123,25 @@ static void add_incidence(const hetab_rgl_trial *t, const hetab_rgl *rgl, size_t
   }
 }
 
-hetab_status hetab_rgl_trial_run(hetab_context *ctx, const hetab_rgl_trial *trial,
-                                 const hetab_rgl *rgl, double *error_l1, double *bias) {
-  float *value = hetab_alloc(ctx, trial->channels, sizeof *value);
-  if (!value)
-    return HETAB_ERR_MEMORY;
-  *error_l1 = *bias = 0.0;
-  for (size_t k = 0; k < trial->incidences; k++) {
-    double sums[3] = {0.0};
-    add_incidence(trial, rgl, k, value, sums);
-    if (sums[2] > 0.0 && fabs(sums[1] / sums[2]) > fabs(*bias))
-      *bias = sums[1] / sums[2];
-    if (sums[2] > 0.0)
-      *error_l1 = fmax(*error_l1, sums[0] / sums[2]);
+void hetab_rgl_trial_add(const hetab_rgl_trial *trial, size_t k, const hetab_rgl *rgl,
+                         hetab_rgl_report *report) {
+  double sums[3] = {0.0};
+  add_incidence(trial, rgl, k, sums);
+  if (!(sums[2] > 0.0))
+    return;
+  if (trial->theta_i[k] > hetab_radians(last_deg)) {
+    double all = sums[2] + trial->specular[k] * (double)trial->directions;
+    report->error_grazing = fmax(report->error_grazing, sums[0] / all);
+    return;
   }
-  free(value);
-  return HETAB_OK;
+  report->error_l1 = fmax(report->error_l1, sums[0] / sums[2]);
+  if (fabs(sums[1] / sums[2]) > fabs(report->bias))
+    report->bias = sums[1] / sums[2];
+}
+
+void hetab_rgl_trial_run(const hetab_rgl_trial *trial, const hetab_rgl *rgl,
+                         hetab_rgl_report *report) {
+  report->error_l1 = report->bias = report->error_grazing = 0.0;
+  for (size_t k = 0; k < trial->incidences; k++)
+    hetab_rgl_trial_add(trial, k, rgl, report);
 }

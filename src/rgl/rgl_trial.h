@@ -2,25 +2,40 @@
 #ifndef HETAB_RGL_RGL_TRIAL_H
 #define HETAB_RGL_RGL_TRIAL_H
 
+#include <stdint.h>
+
 #include "rgl/rgl_build.h"
 
 typedef struct hetab_rgl_trial {
   size_t incidences, directions, channels;
-  float (*wi)[3]; /* [incidences] */
-  float (*wo)[3]; /* [incidences][directions] */
-  double *weight; /* [incidences][directions]: cos(theta_o) / density, 0 for none */
-  double *values; /* [incidences][directions][channels] */
+  double *theta_i;  /* [incidences] */
+  float (*wi)[3];   /* [incidences] */
+  float (*wo)[3];   /* [incidences][directions] */
+  double *weight;   /* [incidences][directions]: cos(theta_o) / density, 0 for none */
+  double *values;   /* [incidences][directions][channels] */
+  float *value;     /* [channels], for one reading */
+  double *specular; /* [incidences]: what is reflected beside the table */
 } hetab_rgl_trial;
 
-/* Incidences from 0 to 80 degrees, both included, the others at random, one in each of equal
- * intervals; directions half by `sampler` and half evenly over the hemisphere. */
+/* At these incidences, radians, turned at random; directions half by `sampler` and half evenly over
+ * the hemisphere. */
+hetab_status hetab_rgl_trial_at(hetab_context *ctx, const hetab_rgl_source *source,
+                                const hetab_rgl *sampler, const double *theta_i, size_t count,
+                                hetab_rgl_trial *trial);
+
+/* At 0, at 80 degrees and at 30 random places between, one in each of equal intervals, and at 8
+ * from 80 to 89 degrees. */
 hetab_status hetab_rgl_trial_create(hetab_context *ctx, const hetab_rgl_source *source,
-                                    const hetab_rgl *sampler, size_t incidences, size_t directions,
-                                    unsigned seed, hetab_rgl_trial *trial);
+                                    const hetab_rgl *sampler, uint64_t seed,
+                                    hetab_rgl_trial *trial);
 void hetab_rgl_trial_clear(hetab_rgl_trial *trial);
 
-/* The errors of a table, of the worst incidence. */
-hetab_status hetab_rgl_trial_run(hetab_context *ctx, const hetab_rgl_trial *trial,
-                                 const hetab_rgl *rgl, double *error_l1, double *bias);
+/* Raises the report's error_l1, bias and error_grazing to those of a table at one incidence. */
+void hetab_rgl_trial_add(const hetab_rgl_trial *trial, size_t incidence, const hetab_rgl *rgl,
+                         hetab_rgl_report *report);
+
+/* The errors of the worst incidence. */
+void hetab_rgl_trial_run(const hetab_rgl_trial *trial, const hetab_rgl *rgl,
+                         hetab_rgl_report *report);
 
 #endif

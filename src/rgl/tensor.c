@@ -1,14 +1,24 @@
+#include "rgl/tensor.h"
+
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
-#include "rgl/tensor.h"
-#include "rgl/tensor_layout.h"
+#include "core/atomic_file.h"
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__,
-               "tensor files are little-endian, and this file reads them as memory");
+               "tensor files are little-endian, and this file takes them as memory");
+
+static const char tensor_magic[12] = "tensor_file";
+static const unsigned char tensor_version[2] = {1, 0};
+
+enum {
+  TENSOR_ALIGNMENT = 8,
+  TENSOR_HEADER = 12 + 2 + 4,   /* magic, version, number of fields */
+  TENSOR_FIELD = 2 + 2 + 1 + 8, /* name length, ndim, type, offset; name and shape come on top */
+};
 
 enum { MOST_FIELDS = 256 };
 static const long long most_bytes = 1LL << 31;
@@ -22,15 +32,27 @@ static const struct {
              {"int16", 2}, {"uint32", 4},  {"int32", 4},   {"uint64", 8},
              {"int64", 8}, {"float16", 2}, {"float32", 4}, {"float64", 8}};
 
-size_t hetab_tensor_type_size(hetab_tensor_type type) {
+/* Bytes of one number; 0 for what is no type. */
+static size_t type_size(hetab_tensor_type type) {
   return (size_t)type < sizeof types / sizeof *types ? types[type].size : 0;
 }
 
 const char *hetab_tensor_type_name(hetab_tensor_type type) {
-  return hetab_tensor_type_size(type) ? types[type].name : "an unknown type";
+  return type_size(type) ? types[type].name : "an unknown type";
 }
 
-/* ---- the file's bytes ---------------------------------------------------------------------- */
+size_t hetab_tensor_elements(const hetab_tensor_field *field) {
+  size_t count = 1;
+  for (size_t d = 0; d < field->ndim; d++)
+    count *= field->shape[d];
+  return count;
+}
+
+static size_t field_bytes(const hetab_tensor_field *field) {
+  return hetab_tensor_elements(field) * type_size(field->type);
+}
+
+/* ---- reading ------------------------------------------------------------------------------- */
 
 static hetab_status read_stream(hetab_context *ctx, const char *path, FILE *stream,
                                 hetab_tensor_file *file) {
@@ -106,11 +128,11 @@ static hetab_status take_shape(cursor *c, hetab_tensor_field *field) {
   uint64_t offset;
   HETAB_TRY(take(c, &type, sizeof type));
   field->type = (hetab_tensor_type)type;
-  if (!hetab_tensor_type_size(field->type))
+  if (!type_size(field->type))
     return hetab_fail(c->ctx, HETAB_ERR_PARSE, "'%s', field %s: there is no type %u", c->path,
                       field->name, (unsigned)type);
   HETAB_TRY(take(c, &offset, sizeof offset));
-  size_t bytes = hetab_tensor_type_size(field->type);
+  size_t bytes = type_size(field->type);
   for (size_t d = 0; d < field->ndim; d++) {
     HETAB_TRY(take(c, &extent, sizeof extent));
     field->shape[d] = (size_t)extent;
@@ -156,8 +178,7 @@ static hetab_status take_header(cursor *c, hetab_tensor_file *file) {
 /* ---- fields against each other ------------------------------------------------------------- */
 
 static const unsigned char *end_of(const hetab_tensor_field *field) {
-  return (const unsigned char *)field->data +
-         hetab_tensor_elements(field) * hetab_tensor_type_size(field->type);
+  return (const unsigned char *)field->data + field_bytes(field);
 }
 
 static hetab_status check_fields(const cursor *c) {
@@ -203,4 +224,89 @@ const hetab_tensor_field *hetab_tensor_find(const hetab_tensor_file *file, const
     if (strcmp(file->fields[i].name, name) == 0)
       return &file->fields[i];
   return NULL;
+}
+
+/* ---- writing ------------------------------------------------------------------------------- */
+
+static size_t aligned(size_t offset) {
+  return (offset + TENSOR_ALIGNMENT - 1) / TENSOR_ALIGNMENT * TENSOR_ALIGNMENT;
+}
+
+static size_t header_bytes(const hetab_tensor_field *fields, size_t count) {
+  size_t bytes = TENSOR_HEADER;
+  for (size_t i = 0; i < count; i++)
+    bytes += TENSOR_FIELD + strlen(fields[i].name) + fields[i].ndim * sizeof(uint64_t);
+  return bytes;
+}
+
+size_t hetab_tensor_bytes(const hetab_tensor_field *fields, size_t count) {
+  size_t bytes = header_bytes(fields, count);
+  for (size_t i = 0; i < count; i++)
+    bytes = aligned(bytes) + field_bytes(&fields[i]);
+  return bytes;
+}
+
+static void put(unsigned char **at, const void *value, size_t size) {
+  memcpy(*at, value, size);
+  *at += size;
+}
+
+static void put_field(unsigned char **at, const hetab_tensor_field *field, size_t offset) {
+  uint16_t length = (uint16_t)strlen(field->name), ndim = (uint16_t)field->ndim;
+  uint8_t type = (uint8_t)field->type;
+  uint64_t place = offset;
+  put(at, &length, sizeof length);
+  put(at, field->name, length);
+  put(at, &ndim, sizeof ndim);
+  put(at, &type, sizeof type);
+  put(at, &place, sizeof place);
+  for (size_t d = 0; d < field->ndim; d++) {
+    uint64_t extent = field->shape[d];
+    put(at, &extent, sizeof extent);
+  }
+}
+
+static hetab_status write_header(hetab_context *ctx, hetab_atomic_file *file,
+                                 const hetab_tensor_field *fields, size_t count) {
+  unsigned char header[4096], *at = header;
+  uint32_t number = (uint32_t)count;
+  size_t offset = header_bytes(fields, count);
+  if (offset > sizeof header)
+    return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "too many fields for a tensor file");
+  put(&at, tensor_magic, sizeof tensor_magic);
+  put(&at, tensor_version, sizeof tensor_version);
+  put(&at, &number, sizeof number);
+  for (size_t i = 0; i < count; i++) {
+    offset = aligned(offset);
+    put_field(&at, &fields[i], offset);
+    offset += field_bytes(&fields[i]);
+  }
+  return hetab_atomic_write(ctx, file, header, (size_t)(at - header));
+}
+
+static hetab_status write_fields(hetab_context *ctx, hetab_atomic_file *file,
+                                 const hetab_tensor_field *fields, size_t count) {
+  static const char zeros[TENSOR_ALIGNMENT] = {0};
+  size_t offset = header_bytes(fields, count);
+  HETAB_TRY(write_header(ctx, file, fields, count));
+  for (size_t i = 0; i < count; i++) {
+    size_t start = aligned(offset), bytes = field_bytes(&fields[i]);
+    HETAB_TRY(hetab_atomic_write(ctx, file, zeros, start - offset));
+    HETAB_TRY(hetab_atomic_write(ctx, file, fields[i].data, bytes));
+    offset = start + bytes;
+  }
+  return HETAB_OK;
+}
+
+hetab_status hetab_tensor_save(hetab_context *ctx, const char *path, int overwrite,
+                               const hetab_tensor_field *fields, size_t count) {
+  hetab_atomic_file *file;
+  hetab_status status;
+  HETAB_TRY(hetab_atomic_create(ctx, path, overwrite, &file));
+  HETAB_GOTO(hetab_atomic_reserve(ctx, file, hetab_tensor_bytes(fields, count)));
+  HETAB_GOTO(write_fields(ctx, file, fields, count));
+  return hetab_atomic_commit(ctx, file);
+done:
+  hetab_atomic_abort(file);
+  return status;
 }
