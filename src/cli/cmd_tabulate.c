@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "cli.h"
+#include "core/angle.h"
 #include "output.h"
 #include "progress.h"
 #include "tabulate_job.h"
@@ -46,7 +47,7 @@ static int plan_merl(const cli_command *self, tabulate_job *job) {
   hetab_merl_options *o = &job->merl;
   *o = (hetab_merl_options){.sampling = (hetab_merl_sampling)r->sampling,
                             .colour = (hetab_merl_colour)r->colour,
-                            .specular_cone_deg = r->cone_deg,
+                            .specular_cone = hetab_radians(r->cone_deg),
                             .samples = r->samples,
                             .seed = (unsigned)r->seed};
   static const size_t needed[] = {

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/angle.h"
 #include "output.h"
 #include "tabulate_job.h"
 
@@ -33,7 +34,7 @@ static char *specular_file(const tabulate_job *job, size_t i) {
 
 static json_t *specular_json(const tabulate_job *job, size_t i) {
   const hetab_output_report *r = &job->reports[i];
-  double cone = r->format == HETAB_FORMAT_MERL ? job->merl.specular_cone_deg : 0;
+  double cone = r->format == HETAB_FORMAT_MERL ? hetab_degrees(job->merl.specular_cone) : 0;
   char *file = specular_file(job, i);
   json_t *json =
       json_pack("{sf so so sf}", "max", r->specular_max, "file", cli_json_text(file ? file : ""),
@@ -147,7 +148,7 @@ static void print_exr(const char *path, const hetab_output_report *r) {
 static void print_beside(const tabulate_job *job, size_t i) {
   const hetab_output_report *r = &job->reports[i];
   const char *path = job->request->files.items[i];
-  double cone = r->format == HETAB_FORMAT_MERL ? job->merl.specular_cone_deg : 0;
+  double cone = r->format == HETAB_FORMAT_MERL ? hetab_degrees(job->merl.specular_cone) : 0;
   char *file = specular_file(job, i);
   if (cone > 0)
     printf("%s: specular reflectance, at most %.3g, folded in as a %g degree lobe; "

@@ -8,6 +8,7 @@
 #include <hetab/host_model.h>
 
 #include "convert/radiant.h"
+#include "core/angle.h"
 #include "core/atomic_file.h"
 #include "core/clock.h"
 #include "core/context.h"
@@ -113,11 +114,10 @@ static hetab_status add_outputs(job *job, const char *const *paths, size_t count
 /* ---- the specular reflectance -------------------------------------------------------------- */
 
 /* rho_s[band][angle], and its largest; free() it. NULL on failure. */
-static double *specular_table(job *job, const double *theta_deg, size_t count, double *max) {
+static double *specular_table(job *job, const double *theta_i, size_t count, double *max) {
   size_t total = hetab_surface_band_count(job->surface) * count;
   double *rho = hetab_alloc(job->ctx, total, sizeof *rho);
-  if (rho &&
-      hetab_specular_reflectance(job->ctx, job->surface, theta_deg, count, rho) != HETAB_OK) {
+  if (rho && hetab_specular_reflectance(job->ctx, job->surface, theta_i, count, rho) != HETAB_OK) {
     free(rho);
     rho = NULL;
   }
@@ -141,13 +141,13 @@ static hetab_status save_bands(job *job, const char *path, const double *rho) {
 
 /* Beside the table, unless an output before this one has written the same. */
 static hetab_status save_specular(job *job, output *o) {
-  double theta_deg[HETAB_SPECULAR_ANGLES];
+  double theta_i[HETAB_SPECULAR_ANGLES];
   bool written = false;
   for (int i = 0; i < HETAB_SPECULAR_ANGLES; i++)
-    theta_deg[i] = i;
+    theta_i[i] = hetab_radians(i);
   for (const output *other = job->outputs; other < o; other++)
     written |= other->specular && hetab_same_file(other->specular, o->specular);
-  double *rho = specular_table(job, theta_deg, HETAB_SPECULAR_ANGLES, &o->report.specular_max);
+  double *rho = specular_table(job, theta_i, HETAB_SPECULAR_ANGLES, &o->report.specular_max);
   if (!rho)
     return HETAB_ERR_MEMORY;
   hetab_status status = written ? HETAB_OK : save_bands(job, o->specular, rho);
@@ -178,7 +178,7 @@ static hetab_status create_exr(job *job, output *o) {
 
 static hetab_status create_writers(job *job) {
   double max = 0;
-  double *rho = specular_table(job, hetab_grid_deg(job->grid, HETAB_THETA_I),
+  double *rho = specular_table(job, hetab_grid_radians(job->grid, HETAB_THETA_I),
                                hetab_grid_count(job->grid, HETAB_THETA_I), &max);
   hetab_status status = rho ? HETAB_OK : HETAB_ERR_MEMORY;
   for (output *o = job->outputs; o < job->outputs + job->count && status == HETAB_OK; o++) {
