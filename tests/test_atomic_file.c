@@ -321,7 +321,7 @@ static void test_no_output_is_an_input(void **state) {
   assert_int_equal(hetab_context_create(&ctx), HETAB_OK);
   hetab_keep_inputs(ctx);
   assert_ok(ctx, hetab_input_start(ctx, "hard", HETAB_INPUT_TABLE, start, sizeof start));
-  assert_failure(ctx, write_text(ctx, "soft", 1, "x"), HETAB_ERR_ARGUMENT, "'soft' is an input");
+  assert_failure(ctx, write_text(ctx, "soft", 1, "x"), HETAB_ERR_IO, "'soft' is an input");
   assert_ok(ctx, write_text(ctx, "b", 1, "x"));
   assert_ok(ctx, write_text(ctx, "b", 1, "y"));
   assert_ok(ctx, hetab_input_start(ctx, "b", HETAB_INPUT_TABLE, start, sizeof start));
@@ -330,7 +330,7 @@ static void test_no_output_is_an_input(void **state) {
   hetab_keep_inputs(ctx);
   assert_ok(ctx, hetab_output_check(ctx, "a", 1));
   assert_failure(ctx, hetab_input_start(ctx, "hard", HETAB_INPUT_TABLE, start, sizeof start),
-                 HETAB_ERR_ARGUMENT, "'hard' is an output too");
+                 HETAB_ERR_IO, "'hard' is an output too");
   hetab_context_free(ctx);
   assert_content("a", "data");
   assert_ok(f->ctx, write_text(f->ctx, "a", 1, "new")); /* a context that does not ask for it */

@@ -29,7 +29,7 @@ hetab_status hetab_outputs_publish(hetab_context *ctx);
 void hetab_outputs_drop(hetab_context *ctx);
 
 /* From now on a file that this context's functions have read is not replaced by them, and one that
- * hetab_output_check() has found replaceable is not read: HETAB_ERR_ARGUMENT. Files are told by
+ * hetab_output_check() has found replaceable is not read: HETAB_ERR_IO. Files are told by
  * device and inode, whatever their names. For programs whose user names both. */
 void hetab_keep_inputs(hetab_context *ctx);
 

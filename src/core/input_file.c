@@ -41,7 +41,7 @@ static hetab_status note(hetab_context *ctx, const struct stat *about, bool writ
 hetab_status hetab_note_output(hetab_context *ctx, const char *path, const struct stat *about) {
   hetab_status status = note(ctx, about, true);
   return status == HETAB_ERR_ARGUMENT
-             ? hetab_fail(ctx, status, "'%s' is an input: give the output another name", path)
+             ? hetab_fail(ctx, HETAB_ERR_IO, "'%s' is an input: give the output another name", path)
              : status;
 }
 
@@ -78,7 +78,7 @@ static hetab_status check(hetab_context *ctx, const char *path, hetab_input_kind
     return unreadable(ctx, path, kind, "it is not a regular file");
   hetab_status status = note(ctx, &about, false);
   return status == HETAB_ERR_ARGUMENT
-             ? hetab_fail(ctx, status, "'%s' is an output too: give that another name", path)
+             ? hetab_fail(ctx, HETAB_ERR_IO, "'%s' is an output too: give that another name", path)
              : status;
 }
 

@@ -23,7 +23,7 @@ hetab_status hetab_input_stream(hetab_context *ctx, const char *path, hetab_inpu
 hetab_status hetab_input_start(hetab_context *ctx, const char *path, hetab_input_kind kind,
                                void *start, size_t size);
 
-/* For the files that are written: note that the file is to be replaced, or was. HETAB_ERR_ARGUMENT
+/* For the files that are written: note that the file is to be replaced, or was. HETAB_ERR_IO
  * if it was read. */
 hetab_status hetab_note_output(hetab_context *ctx, const char *path, const struct stat *about);
 void hetab_forget_output(hetab_context *ctx, const struct stat *about);

@@ -157,16 +157,6 @@ static hetab_status mix(hetab_context *ctx, const csv *file, size_t channels,
   return status;
 }
 
-char *hetab_specular_path(hetab_context *ctx, const char *path) {
-  char *name;
-  const char *slash = strrchr(path, '/'), *dot = strrchr(path, '.');
-  int stem = (int)(dot && (!slash || dot > slash) ? (size_t)(dot - path) : strlen(path));
-  if (asprintf(&name, "%.*s.specular.csv", stem, path) >= 0)
-    return name;
-  hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for the name of '%s'", path);
-  return NULL;
-}
-
 static hetab_status read_csv(hetab_context *ctx, const char *path, size_t channels,
                              const double *lambda_um, hetab_specular_table *s) {
   csv file = {0};
