@@ -12,8 +12,7 @@
 
 #include "core/atomic_parts.h"
 #include "core/context.h"
-#include "core/held_files.h"
-#include "core/input_file.h"
+#include "core/used_files.h"
 
 enum { MAX_LINKS = 40, NAME_TRIES = 100 };
 
@@ -318,11 +317,22 @@ static hetab_status publish(hetab_context *ctx, hetab_atomic_file *file) {
   return hetab_atomic_sync_name(ctx, file);
 }
 
+hetab_status hetab_held_add(hetab_context *ctx, hetab_held_files *held, hetab_atomic_file *file) {
+  hetab_atomic_file **files = realloc(held->files, (held->count + 1) * sizeof *files);
+  if (!files)
+    return hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for '%s'", file->path);
+  held->files = files;
+  files[held->count++] = file;
+  return HETAB_OK;
+}
+
 hetab_status hetab_atomic_commit(hetab_context *ctx, hetab_atomic_file *file) {
   hetab_status status = fsync(file->fd) ? hetab_atomic_fail(ctx, file, errno) : HETAB_OK;
-  if (status == HETAB_OK && ctx->held)
-    return hetab_held_add(ctx, file);
-  if (status == HETAB_OK)
+  if (status == HETAB_OK && ctx->held) {
+    status = hetab_held_add(ctx, ctx->held, file);
+    if (status == HETAB_OK)
+      return HETAB_OK;
+  } else if (status == HETAB_OK)
     status = publish(ctx, file);
   hetab_atomic_abort(file);
   return status;

@@ -13,6 +13,13 @@
 
 typedef struct hetab_atomic_file hetab_atomic_file;
 
+/* Files that are complete, without their names: see core/held_files.h. */
+typedef struct hetab_held_files {
+  hetab_atomic_file **files;
+  size_t count, published; /* published: those that have their names, from the first on */
+  struct hetab_held_files *outer;
+} hetab_held_files;
+
 /* Refuses at once what could not be published later: HETAB_ERR_EXISTS for an existing file without
  * overwrite; HETAB_ERR_IO for directories, devices, and directories missing or not writable.
  * Symbolic links are followed: the file they lead to is the one replaced. A new file's permissions

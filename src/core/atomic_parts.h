@@ -34,6 +34,8 @@ hetab_status hetab_atomic_sync_name(hetab_context *ctx, const hetab_atomic_file 
 /* Undoes the first step. */
 void hetab_atomic_take_back(hetab_atomic_file *file);
 
+hetab_status hetab_held_add(hetab_context *ctx, hetab_held_files *held, hetab_atomic_file *file);
+
 /* A descriptor for reading what is not published, or -1. */
 int hetab_atomic_open_again(const hetab_atomic_file *file);
 

@@ -6,8 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include <hetab/output_file.h>
-
 hetab_status hetab_context_create(hetab_context **out) {
   *out = calloc(1, sizeof **out);
   return *out ? HETAB_OK : HETAB_ERR_MEMORY;
@@ -17,7 +15,7 @@ void hetab_context_free(hetab_context *ctx) {
   if (!ctx)
     return;
   while (ctx->held)
-    hetab_outputs_drop(ctx);
+    ctx->drop_held(ctx);
   free(ctx->used);
   free(ctx);
 }

@@ -16,6 +16,7 @@ struct hetab_context {
   hetab_used_file *used; /* [used_count] */
   size_t used_count;
   struct hetab_held_files *held; /* see core/atomic_file.h; NULL: files are published at once */
+  void (*drop_held)(struct hetab_context *ctx); /* for the end of the context */
 };
 
 /* Record the message and return `status`, so that callers write `return hetab_fail(...)`. Control

@@ -18,22 +18,6 @@ void hetab_atomic_hold(hetab_context *ctx, hetab_held_files *held) {
   ctx->held = held;
 }
 
-static hetab_status add(hetab_context *ctx, hetab_held_files *held, hetab_atomic_file *file) {
-  hetab_atomic_file **files = realloc(held->files, (held->count + 1) * sizeof *files);
-  if (!files)
-    return hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for '%s'", file->path);
-  held->files = files;
-  files[held->count++] = file;
-  return HETAB_OK;
-}
-
-hetab_status hetab_held_add(hetab_context *ctx, hetab_atomic_file *file) {
-  hetab_status status = add(ctx, ctx->held, file);
-  if (status != HETAB_OK)
-    hetab_atomic_abort(file);
-  return status;
-}
-
 char *hetab_atomic_held_path(hetab_context *ctx, const hetab_held_files *held, size_t i) {
   const hetab_atomic_file *file = held->files[i];
   char *path = NULL;
@@ -83,7 +67,7 @@ done:
 
 static hetab_status hand_over(hetab_context *ctx, hetab_held_files *held) {
   while (held->published < held->count) {
-    HETAB_TRY(add(ctx, held->outer, held->files[held->published]));
+    HETAB_TRY(hetab_held_add(ctx, held->outer, held->files[held->published]));
     held->files[held->published++] = NULL;
   }
   return HETAB_OK;
@@ -114,6 +98,7 @@ hetab_status hetab_outputs_begin(hetab_context *ctx) {
   if (!held)
     return HETAB_ERR_MEMORY;
   hetab_atomic_hold(ctx, held);
+  ctx->drop_held = hetab_outputs_drop;
   return HETAB_OK;
 }
 

@@ -7,12 +7,6 @@
 #include <stdbool.h>
 #include "core/atomic_file.h"
 
-typedef struct hetab_held_files {
-  hetab_atomic_file **files;
-  size_t count, published; /* published: those that have their names, from the first on */
-  struct hetab_held_files *outer;
-} hetab_held_files;
-
 void hetab_atomic_hold(hetab_context *ctx, hetab_held_files *held);
 /* Where a held file can be read; free() it. NULL without memory. */
 char *hetab_atomic_held_path(hetab_context *ctx, const hetab_held_files *held, size_t i);
@@ -23,8 +17,6 @@ hetab_status hetab_atomic_publish(hetab_context *ctx, hetab_held_files *held);
 /* Ends the hold and drops what is not published; fine after publish, and on a zeroed one. */
 void hetab_atomic_drop(hetab_context *ctx, hetab_held_files *held);
 
-/* For commits: the file joins the innermost hold, or is dropped. */
-hetab_status hetab_held_add(hetab_context *ctx, hetab_atomic_file *file);
 /* A descriptor for reading what is held for path, or -1. */
 int hetab_held_open(hetab_context *ctx, const char *path);
 

@@ -7,7 +7,6 @@
 #define HETAB_CORE_INPUT_FILE_H
 
 #include <stdio.h>
-#include <sys/stat.h>
 #include "core/context.h"
 
 /* Tables are regular files, so that nobody waits for a pipe; text may come through one. */
@@ -22,10 +21,5 @@ hetab_status hetab_input_stream(hetab_context *ctx, const char *path, hetab_inpu
 /* The first bytes, zeros where it has fewer: formats are told apart by them. */
 hetab_status hetab_input_start(hetab_context *ctx, const char *path, hetab_input_kind kind,
                                void *start, size_t size);
-
-/* For the files that are written: note that the file is to be replaced, or was. HETAB_ERR_IO
- * if it was read. */
-hetab_status hetab_note_output(hetab_context *ctx, const char *path, const struct stat *about);
-void hetab_forget_output(hetab_context *ctx, const struct stat *about);
 
 #endif
