@@ -41,7 +41,7 @@ static hetab_status expand(const hetab_shader_input *input, const char *text, FI
 
 hetab_status hetab_shader_text(hetab_context *ctx, const hetab_surface *surface,
                                hetab_shader_language language, char **text) {
-  static const char *const names[] = {[HETAB_SHADER_C] = "he_torrance.h",
+  static const char *const names[] = {[HETAB_SHADER_C] = "he_torrance.c99",
                                       [HETAB_SHADER_GLSL] = "he_torrance.glsl",
                                       [HETAB_SHADER_PYTHON] = "he_torrance.py",
                                       [HETAB_SHADER_MITSUBA] = "mitsuba.py"};
