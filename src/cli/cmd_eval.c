@@ -21,20 +21,19 @@ enum { ANGLES_END = SIGMA0 }; /* the columns before it have to be there */
 typedef struct column {
   const char *name;
   size_t offset;   /* in hetab_point */
-  double min, max; /* hetab_evaluate's limits, here so that a failure can name the line */
-  int angle;       /* degrees here, radians there */
+  double most_deg; /* angles: degrees here, radians there; 0: no angle */
 } column;
 
 static const column columns[COLUMNS] = {
-    [LAMBDA] = {"lambda_um", offsetof(hetab_point, lambda_um), 1e-6, 1e6, 0},
-    [THETA_I] = {"theta_i_deg", offsetof(hetab_point, theta_i), 0, 90, 1},
-    [THETA_R] = {"theta_r_deg", offsetof(hetab_point, theta_r), 0, 90, 1},
-    [PHI] = {"phi_deg", offsetof(hetab_point, phi), -5e7, 5e7, 1},
-    [SIGMA0] = {"sigma0_um", offsetof(hetab_point, sigma0_um), 1e-9, 1e6, 0},
-    [TAU] = {"tau_um", offsetof(hetab_point, tau_um), 1e-9, 1e6, 0},
-    [INDEX_N] = {"n", offsetof(hetab_point, n), 1e-6, 1e3, 0},
-    [INDEX_K] = {"k", offsetof(hetab_point, k), 0, 1e3, 0},
-    [DIFFUSE] = {"diffuse_brdf", offsetof(hetab_point, diffuse_brdf), 0, 1e3, 0},
+    [LAMBDA] = {"lambda_um", offsetof(hetab_point, lambda_um), 0},
+    [THETA_I] = {"theta_i_deg", offsetof(hetab_point, theta_i), 90},
+    [THETA_R] = {"theta_r_deg", offsetof(hetab_point, theta_r), 90},
+    [PHI] = {"phi_deg", offsetof(hetab_point, phi), 5e7},
+    [SIGMA0] = {"sigma0_um", offsetof(hetab_point, sigma0_um), 0},
+    [TAU] = {"tau_um", offsetof(hetab_point, tau_um), 0},
+    [INDEX_N] = {"n", offsetof(hetab_point, n), 0},
+    [INDEX_K] = {"k", offsetof(hetab_point, k), 0},
+    [DIFFUSE] = {"diffuse_brdf", offsetof(hetab_point, diffuse_brdf), 0},
 };
 
 static const char output_header[] = "dd,sp_reflectance,ud,total,g,x";
@@ -131,15 +130,17 @@ static int read_header(evaluation *e) {
 
 /* ---- rows ---------------------------------------------------------------------------------- */
 
-static int parse_field(const evaluation *e, const column *c, const char *text, double *value) {
-  double number;
-  if (!cli_number(text, &number))
-    return cli_fail("stdin:%zu: %s: '%s' is not a number: give a value from %g to %g",
-                    e->reader.line, c->name, text, c->min, c->max);
-  if (number < c->min || number > c->max)
+static int parse_field(const evaluation *e, int c, const char *text, double *value) {
+  const column *column = &columns[c];
+  double least = c == PHI ? -column->most_deg : 0;
+  if (!cli_number(text, value))
+    return cli_fail("stdin:%zu: %s: '%s' is not a number: give one", e->reader.line, column->name,
+                    text);
+  if (column->most_deg > 0 && !(*value >= least && *value <= column->most_deg))
     return cli_fail("stdin:%zu: %s: %s is out of range: give a value from %g to %g", e->reader.line,
-                    c->name, text, c->min, c->max);
-  *value = c->angle ? number * M_PI / 180 : number;
+                    column->name, text, least, column->most_deg);
+  if (column->most_deg > 0)
+    *value = hetab_radians(*value);
   return -1;
 }
 
@@ -185,21 +186,6 @@ static int fill_from_surface(evaluation *e, hetab_point *p) {
   return status;
 }
 
-/* Lengths count in wavelengths: hetab_evaluate's limits again. */
-static int check_ratios(const evaluation *e, const hetab_point *p) {
-  const struct {
-    const char *name;
-    double ratio, min, max;
-  } ratios[] = {{"sigma0_um / lambda_um", p->sigma0_um / p->lambda_um, 1e-9, 1e3},
-                {"tau_um / lambda_um", p->tau_um / p->lambda_um, 1e-9, 1e6}};
-  for (int i = 0; i < 2; i++)
-    if (!(ratios[i].ratio >= ratios[i].min && ratios[i].ratio <= ratios[i].max))
-      return cli_fail("stdin:%zu: %s: %g is out of range: give lengths with a ratio from %g to %g",
-                      e->reader.line, ratios[i].name, ratios[i].ratio, ratios[i].min,
-                      ratios[i].max);
-  return -1;
-}
-
 /* Splits `line`, which it ruins, into a point. */
 static int parse_row(evaluation *e, char *line, hetab_point *p) {
   char *fields[MAX_FIELDS];
@@ -216,12 +202,14 @@ static int parse_row(evaluation *e, char *line, hetab_point *p) {
     if (e->position[c] == ABSENT)
       continue;
     double *value = (double *)(void *)((char *)p + columns[c].offset);
-    int status = parse_field(e, &columns[c], fields[e->position[c]], value);
+    int status = parse_field(e, c, fields[e->position[c]], value);
     if (status >= 0)
       return status;
   }
   int status = e->surface ? fill_from_surface(e, p) : -1;
-  return status < 0 ? check_ratios(e, p) : status;
+  if (status < 0 && hetab_check_point(e->ctx, p) != HETAB_OK)
+    status = cli_fail("stdin:%zu: %s", e->reader.line, hetab_error_message(e->ctx));
+  return status;
 }
 
 /* Keeps the current line for the output. */

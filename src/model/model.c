@@ -5,7 +5,9 @@
 #include "kernels/shadowing.h"
 
 double hetab_radians(double deg) {
-  return deg / 180.0 * M_PI;
+  static const double REST = 6.123233995736766e-17; /* of pi/2 */
+  double quarters = round(deg / 90.0), rest = (deg - 90.0 * quarters) * (M_PI / 180.0);
+  return quarters * M_PI_2 + (rest == 0.0 ? 0.0 : rest + quarters * REST);
 }
 
 double hetab_one_plus_cos(double phi) {

@@ -5,8 +5,9 @@
 
 #include <stddef.h>
 
-#include <hetab/types.h>
+#include <hetab/host_model.h>
 #include <hetab/surface.h>
+#include <hetab/types.h>
 
 /* One direction's polar angle. */
 typedef struct hetab_direction {
@@ -23,9 +24,6 @@ static inline double hetab_tau_2sigma(const hetab_surface *surface) {
 
 /* theta in radians, [0, pi/2]. */
 hetab_direction hetab_direction_at(double theta, double tau_2sigma);
-
-/* Degrees to radians with 90 and 180 exactly pi/2 and pi. */
-double hetab_radians(double deg);
 
 /* 1 + cos(phi) without cancellation at phi = pi, exact 0 there. */
 double hetab_one_plus_cos(double phi);
