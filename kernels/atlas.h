@@ -22,17 +22,8 @@
 typedef struct hetab_atlas {
   __global const real *panels, *segments;
   __global const real *coefficients; /* [segment][k][j], or [segment][j][k] for rows of one x */
-  int panel_count, first_panel;      /* the number, as below, of panels[0] */
+  int panel_count, first_panel;      /* the number of panels[0] */
 } hetab_atlas;
-
-/* Twice the exponent of g > 0 plus the first bit of its mantissa, bias included. */
-static inline int hetab_panel_number(real g) {
-#if HETAB_REAL_BITS == 64
-  return (int)(as_long(g) >> 51) - 2 * (1023 - 127);
-#else
-  return as_int(g) >> 22;
-#endif
-}
 
 /* The panel of g, -1 below the atlas. */
 static inline int hetab_atlas_panel(const hetab_atlas *atlas, real g) {
@@ -40,7 +31,7 @@ static inline int hetab_atlas_panel(const hetab_atlas *atlas, real g) {
 }
 
 static inline real hetab_panel_start(const hetab_atlas *atlas, int panel) {
-  return atlas->panels[panel * HETAB_PANEL_REALS + 5];
+  return atlas->panels[panel * HETAB_PANEL_REALS + HETAB_PANEL_START];
 }
 
 /* The polynomial of one segment for one row. */
@@ -61,10 +52,11 @@ static inline void hetab_atlas_load(const hetab_atlas *atlas, int segment, real 
                                     const hetab_row_x *x, hetab_segment *s) {
   __global const real *head = atlas->segments + segment * HETAB_SEGMENT_REALS;
   __global const real *table = atlas->coefficients + segment * (HETAB_ATLAS_G * HETAB_ATLAS_X_PAD);
-  s->start = head[0];
-  s->h_centre = head[3];
-  s->offset = hetab_product_less(x->wave_x, x->d2, head[1]) * head[2];
-  s->slope = x->wave_x.hi * x->p * head[2];
+  s->start = head[HETAB_SEGMENT_START];
+  s->h_centre = head[HETAB_SEGMENT_H];
+  s->offset =
+      hetab_product_less(x->wave_x, x->d2, head[HETAB_SEGMENT_CENTRE]) * head[HETAB_SEGMENT_SCALE];
+  s->slope = x->wave_x.hi * x->p * head[HETAB_SEGMENT_SCALE];
   for (int i = 0; i < HETAB_ATLAS_X_PAD / HETAB_VW; i++) {
     vreal c = V_LOAD((HETAB_ATLAS_G - 1) * (HETAB_ATLAS_X_PAD / HETAB_VW) + i, table);
 #pragma unroll
@@ -100,18 +92,20 @@ static inline void hetab_atlas_load_column(const hetab_atlas *atlas, int panel, 
                                            hetab_two lateral2, hetab_column *column) {
   __global const real *panel_head = atlas->panels + panel * HETAB_PANEL_REALS;
   real x = wave_x.hi * lateral2.hi;
-  int first = (int)panel_head[0], segment = first + (int)panel_head[1] - 1;
-  column->centre = panel_head[2];
-  column->scale = panel_head[3];
+  int first = (int)panel_head[HETAB_PANEL_FIRST],
+      segment = first + (int)panel_head[HETAB_PANEL_COUNT] - 1;
+  column->centre = panel_head[HETAB_PANEL_CENTRE];
+  column->scale = panel_head[HETAB_PANEL_SCALE];
   column->h_centre = RC(0.0);
-  if (x >= panel_head[4])
+  if (x >= panel_head[HETAB_PANEL_X_END])
     return;
   while (segment > first && x < atlas->segments[segment * HETAB_SEGMENT_REALS])
     segment--;
   __global const real *head = atlas->segments + segment * HETAB_SEGMENT_REALS;
   __global const real *table = atlas->coefficients + segment * (HETAB_ATLAS_X * HETAB_ATLAS_G_PAD);
-  vreal t =
-      (vreal)clamp(hetab_product_less(wave_x, lateral2, head[1]) * head[2], RC(-1.0), RC(1.0));
+  vreal t = (vreal)clamp(hetab_product_less(wave_x, lateral2, head[HETAB_SEGMENT_CENTRE]) *
+                             head[HETAB_SEGMENT_SCALE],
+                         RC(-1.0), RC(1.0));
   for (int i = 0; i < HETAB_ATLAS_G_PAD / HETAB_VW; i++) {
     vreal c = V_LOAD((HETAB_ATLAS_X - 1) * (HETAB_ATLAS_G_PAD / HETAB_VW) + i, table);
 #pragma unroll
@@ -119,7 +113,7 @@ static inline void hetab_atlas_load_column(const hetab_atlas *atlas, int panel, 
       c = fma(c, t, V_LOAD(j * (HETAB_ATLAS_G_PAD / HETAB_VW) + i, table));
     V_STORE(c, i, column->c);
   }
-  column->h_centre = head[3];
+  column->h_centre = head[HETAB_SEGMENT_H];
 }
 
 /* h at g, which should lie in the panel. */

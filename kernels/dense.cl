@@ -34,14 +34,12 @@ static inline hetab_row hetab_row_of(__global const real *waves, int wavelength,
   row.out = out + (size_t)numbers[0] * phi_count;
   row.mirror = numbers[1] < 0 ? row.out : out + (size_t)numbers[1] * phi_count;
   row.wave = hetab_wave_load(waves, wavelength);
-  row.mu2_ratio2.hi = pair[0];
-  row.mu2_ratio2.lo = pair[1];
+  row.mu2_ratio2 = hetab_two_at(pair + HETAB_PAIR_G);
   row.x.wave_x = row.wave.x;
-  row.x.d2.hi = pair[2];
-  row.x.d2.lo = pair[3];
-  row.x.p = pair[4];
-  row.mu2 = pair[5];
-  row.amplitude = row.wave.amplitude * pair[6];
+  row.x.d2 = hetab_two_at(pair + HETAB_PAIR_D2);
+  row.x.p = pair[HETAB_PAIR_P];
+  row.mu2 = pair[HETAB_PAIR_MU2];
+  row.amplitude = row.wave.amplitude * pair[HETAB_PAIR_SHADOW];
   return row;
 }
 
@@ -114,10 +112,11 @@ static inline void hetab_row_fill(const hetab_row *row, int phi_count) {
 static inline void hetab_row_by_atlas(const hetab_row *row, const hetab_atlas *atlas, int panel,
                                       __global const real *one_plus_cos, int phi_count) {
   __global const real *head = atlas->panels + panel * HETAB_PANEL_REALS;
-  const int first = (int)head[0], none = first + (int)head[1];
+  const int first = (int)head[HETAB_PANEL_FIRST], none = first + (int)head[HETAB_PANEL_COUNT];
   int at = none, own;
-  real u = hetab_product_less(row->wave.g, row->mu2_ratio2, head[2]) * head[3];
-  real x_end = head[4];
+  real u = hetab_product_less(row->wave.g, row->mu2_ratio2, head[HETAB_PANEL_CENTRE]) *
+           head[HETAB_PANEL_SCALE];
+  real x_end = head[HETAB_PANEL_X_END];
   if (hetab_row_x_at(row, one_plus_cos[phi_count - 1]) >= x_end) {
     hetab_row_fill(row, phi_count);
     return;

@@ -76,8 +76,8 @@ static inline void hetab_cells_by_atlas(hetab_cells *cells, const hetab_wave *wa
 static inline void hetab_cells_spectrum(hetab_cells *cells, __global const real *waves,
                                         int wavelength_count, __global const real *frame,
                                         const hetab_atlas *atlas) {
-  hetab_two lateral2 = {frame[0], frame[1]};
-  real mu2 = frame[2];
+  hetab_two lateral2 = hetab_two_at(frame + HETAB_FRAME_LATERAL2);
+  real mu2 = frame[HETAB_FRAME_MU2];
   real cos2_d = fmin(RC(0.25) * (mu2 + lateral2.hi), RC(1.0));
   /* without an atlas (the series method) every cell takes the series */
   real g_below = atlas->panel_count > 0 ? hetab_panel_start(atlas, 0) : INFINITY;

@@ -17,17 +17,28 @@
 #include "series.h"
 
 /* What depends on the surface and the wavelength alone: `wave` in the code. */
-#define HETAB_WAVE_G(sigma0_um, lambda_um)                                                         \
-  ((RC(2.0) * RC_PI * (sigma0_um) / (lambda_um)) * (RC(2.0) * RC_PI * (sigma0_um) / (lambda_um)))
-#define HETAB_WAVE_X(tau_um, lambda_um)                                                            \
-  ((RC_PI * (tau_um) / (lambda_um)) * (RC_PI * (tau_um) / (lambda_um)))
+static inline real hetab_wave_g(real sigma0_um, real lambda_um) {
+  real phase = RC(2.0) * RC_PI * sigma0_um / lambda_um;
+  return phase * phase;
+}
+static inline real hetab_wave_x(real tau_um, real lambda_um) {
+  real phase = RC_PI * tau_um / lambda_um;
+  return phase * phase;
+}
 /* 16 pi^3 sigma0^2 tau^2 / lambda^4 */
-#define HETAB_WAVE_AMPLITUDE(wave_g, wave_x) (RC(4.0) / RC_PI * (wave_g) * (wave_x))
+static inline real hetab_wave_amplitude(real wave_g, real wave_x) {
+  return RC(4.0) / RC_PI * wave_g * wave_x;
+}
 
 /* f_dd from its factors, 1/sr, >= 0. amplitude: the wave's times S_i S_r / (mu_i mu_r) / (1 + W).
  */
 static inline vreal hetab_dd(vreal cos2_d, vreal fresnel, vreal amplitude, vreal h) {
   return fresnel * (cos2_d * cos2_d) * amplitude * h;
+}
+
+/* rho_s of Eq. 10, of the mirror direction's g; shadow2: S_i^2. */
+static inline vreal hetab_rho_s(vreal fresnel, vreal shadow2, vreal g) {
+  return fresnel * shadow2 * exp(-g);
 }
 
 #endif

@@ -17,10 +17,11 @@ static inline real hetab_ray_sum(const hetab_wave *wave, __global const real *no
                                  int first, int count) {
   vreal sum = RC(0.0);
   for (int i = first; i < first + count; i += HETAB_VW) {
-    vreal cos2_d = V_LOAD(0, nodes + i);
-    vreal x = wave->x.hi * V_LOAD(0, nodes + (size_t)stride + i);
-    vreal g = wave->g.hi * V_LOAD(0, nodes + (size_t)2 * stride + i);
-    vreal weight = V_LOAD(0, nodes + (size_t)3 * stride + i);
+    __global const real *at = nodes + i;
+    vreal cos2_d = V_LOAD(0, at + (size_t)HETAB_NODE_COS2_D * stride);
+    vreal x = wave->x.hi * V_LOAD(0, at + (size_t)HETAB_NODE_LATERAL2 * stride);
+    vreal g = wave->g.hi * V_LOAD(0, at + (size_t)HETAB_NODE_G * stride);
+    vreal weight = V_LOAD(0, at + (size_t)HETAB_NODE_WEIGHT * stride);
     vreal fresnel = hetab_fresnel(cos2_d, (vreal)wave->e1, (vreal)wave->nk);
     sum += hetab_dd(cos2_d, fresnel, (vreal)wave->amplitude * weight, hetab_h(g, x));
   }
@@ -32,11 +33,11 @@ __kernel void hetab_k_hemisphere(__global const real *waves, __global const int 
                                  __global real *sums) {
   int r = get_global_id(0), w = get_global_id(1);
   __global const int *ray = rays + r * HETAB_RAY_INTS;
-  if (r >= ray_count || w >= ray[3])
+  if (r >= ray_count || w >= ray[HETAB_RAY_WAVES])
     return;
-  hetab_wave wave = hetab_wave_load(waves, ray[2] + w);
-  int count = ray[1] / 2;
-  __global real *out = sums + (ray[4] + w) * HETAB_SUM_REALS;
-  out[0] = hetab_ray_sum(&wave, nodes, stride, ray[0], count);
-  out[1] = hetab_ray_sum(&wave, nodes, stride, ray[0] + count, count);
+  hetab_wave wave = hetab_wave_load(waves, ray[HETAB_RAY_FIRST_WAVE] + w);
+  int first = ray[HETAB_RAY_FIRST_NODE], count = ray[HETAB_RAY_NODES] / 2;
+  __global real *out = sums + (ray[HETAB_RAY_FIRST_SUM] + w) * HETAB_SUM_REALS;
+  out[HETAB_SUM_FIRST] = hetab_ray_sum(&wave, nodes, stride, first, count);
+  out[HETAB_SUM_SECOND] = hetab_ray_sum(&wave, nodes, stride, first + count, count);
 }

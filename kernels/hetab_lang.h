@@ -83,6 +83,7 @@ static inline real hetab_lane_sum(vreal v) {
 #else /* HETAB_HOST */
 
 #include <math.h>
+#include <string.h>
 
 #define HETAB_REAL_BITS 64
 #define HETAB_VW 1
@@ -93,6 +94,11 @@ typedef double vreal;
 
 static inline double rsqrt(double x) {
   return 1.0 / sqrt(x);
+}
+static inline long as_long(double x) {
+  long bits;
+  memcpy(&bits, &x, sizeof bits);
+  return bits;
 }
 
 #endif

@@ -57,8 +57,8 @@ static inline hetab_status save_h5(hetab_context *ctx, hetab_engine *engine,
     status = hetab_tabulate(ctx, engine, surface, grid, &no_samples, hetab_table_write_slab, writer,
                             &report);
     if (status == HETAB_OK)
-      status =
-          hetab_specular_reflectance(ctx, surface, hetab_grid_deg(grid, HETAB_THETA_I), count, rho);
+      status = hetab_specular_reflectance(ctx, surface, hetab_grid_radians(grid, HETAB_THETA_I),
+                                          count, rho);
     if (status == HETAB_OK)
       status = hetab_table_write_specular(ctx, writer, rho);
     if (status == HETAB_OK)

@@ -11,7 +11,8 @@ enum { POINTS = 20000 };
 static const double *panel_of(const hetab_atlas *atlas, double g) {
   for (size_t p = 0; p < atlas->panel_count; p++) {
     const double *panel = atlas->panels + p * HETAB_PANEL_REALS;
-    if (g >= panel[2] - 1 / panel[3] && g <= panel[2] + 1 / panel[3])
+    if (g >= panel[HETAB_PANEL_CENTRE] - 1 / panel[HETAB_PANEL_SCALE] &&
+        g <= panel[HETAB_PANEL_CENTRE] + 1 / panel[HETAB_PANEL_SCALE])
       return panel;
   }
   fail_msg("no panel holds g = %g", g);
@@ -21,11 +22,13 @@ static const double *panel_of(const hetab_atlas *atlas, double g) {
 /* ln h by the polynomials; table is either of the two layouts. */
 static double atlas_ln_h(const hetab_atlas *atlas, const double *transposed, double g, double x) {
   const double *panel = panel_of(atlas, g);
-  size_t first = (size_t)panel[0], segment = first + (size_t)panel[1] - 1;
+  size_t first = (size_t)panel[HETAB_PANEL_FIRST],
+         segment = first + (size_t)panel[HETAB_PANEL_COUNT] - 1;
   while (segment > first && x < atlas->segments[segment * HETAB_SEGMENT_REALS])
     segment--;
   const double *head = atlas->segments + segment * HETAB_SEGMENT_REALS;
-  double u = (g - panel[2]) * panel[3], t = (x - head[1]) * head[2], sum = 0;
+  double u = (g - panel[HETAB_PANEL_CENTRE]) * panel[HETAB_PANEL_SCALE],
+         t = (x - head[HETAB_SEGMENT_CENTRE]) * head[HETAB_SEGMENT_SCALE], sum = 0;
   size_t nx = (size_t)atlas->degree_x, ng = (size_t)atlas->degree_g;
   size_t pad_x = (size_t)atlas->pad_x, pad_g = (size_t)atlas->pad_g;
   for (size_t j = nx; j-- > 0;) {
@@ -35,7 +38,7 @@ static double atlas_ln_h(const hetab_atlas *atlas, const double *transposed, dou
                               : atlas->coefficients[(segment * ng + k) * pad_x + j]);
     sum = sum * t + c;
   }
-  return sum + log(head[3]);
+  return sum + log(head[HETAB_SEGMENT_H]);
 }
 
 static void check(hetab_context *ctx, double tolerance, double ln_h_end, int width) {
@@ -70,9 +73,9 @@ static void check(hetab_context *ctx, double tolerance, double ln_h_end, int wid
   /* segments start in order and cover each panel from 0 on */
   for (size_t p = 0; p < atlas.panel_count; p++) {
     const double *panel = atlas.panels + p * HETAB_PANEL_REALS;
-    for (size_t s = 0; s < (size_t)panel[1]; s++) {
-      double start = atlas.segments[((size_t)panel[0] + s) * HETAB_SEGMENT_REALS];
-      assert_true(s == 0 ? start == 0 : start > most_start && start < panel[4]);
+    for (size_t s = 0; s < (size_t)panel[HETAB_PANEL_COUNT]; s++) {
+      double start = atlas.segments[((size_t)panel[HETAB_PANEL_FIRST] + s) * HETAB_SEGMENT_REALS];
+      assert_true(s == 0 ? start == 0 : start > most_start && start < panel[HETAB_PANEL_X_END]);
       most_start = start;
     }
   }

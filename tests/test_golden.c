@@ -1,6 +1,7 @@
 /* The device against 40-digit values, and the hard cases by name against the literal reference. */
 #include "golden_support.h"
 
+#include "engine/points.h"
 #include "model/model.h"
 
 static const char *precision_name(hetab_precision precision) {
@@ -119,15 +120,80 @@ static void test_specular_of_surface(void **state) {
   for (size_t i = 0; i < count; i++) {
     const hetab_point *p = &golden[i].point;
     hetab_surface *surface;
-    double deg = p->theta_i * 180 / M_PI, rho_s;
+    double rho_s;
     assert_ok(*state, hetab_surface_create(*state, p->sigma0_um, p->tau_um, p->n, p->k,
                                            &p->lambda_um, 1, &surface));
-    assert_ok(*state, hetab_specular_reflectance(*state, surface, &deg, 1, &rho_s));
+    assert_ok(*state, hetab_specular_reflectance(*state, surface, &p->theta_i, 1, &rho_s));
     relative = fmax(relative, relative_error(rho_s, golden[i].rho_s));
     hetab_surface_free(surface);
   }
   assert_below("rho_s", relative, TOL_GOLDEN_DOUBLE);
   free(golden);
+}
+
+/* --- one surface at many places -------------------------------------------------------------- */
+
+enum { PLACES = 13200 /* more than a batch of the bands */, BANDS = 5 };
+
+/* dd + ud of every band at every place, and the bands' weighted sums, against the literal
+ * reference. */
+static void check_places(hetab_context *ctx, hetab_precision precision) {
+  static hetab_point points[PLACES * BANDS];
+  static hetab_directions at[PLACES];
+  static double spectra[PLACES][BANDS], sums[PLACES][3];
+  hetab_band bands[BANDS];
+  double weights[BANDS][3];
+  uint64_t r = 3;
+  for (size_t b = 0; b < BANDS; b++) {
+    bands[b] = (hetab_band){0.4 + 0.07 * (double)b, 0.9 + 0.1 * (double)b, 6.0, 0.01 * (double)b};
+    for (int c = 0; c < 3; c++)
+      weights[b][c] = uniform(&r, 0, 1);
+  }
+  for (size_t i = 0; i < PLACES; i++) {
+    hetab_point p = {.theta_i = uniform(&r, 0, 1.5), .sigma0_um = 0.3, .tau_um = 3.0};
+    p.theta_r = i % 3 ? fmin(p.theta_i + uniform(&r, -0.1, 0.1), 1.5) : uniform(&r, 0, 1.5);
+    p.theta_r = fmax(p.theta_r, 0);
+    p.phi = i % 3 ? M_PI - uniform(&r, 0, 0.1) : uniform(&r, 0, M_PI);
+    at[i] = (hetab_directions){p.theta_i, p.theta_r, p.phi};
+    for (size_t b = 0; b < BANDS; b++) {
+      p.lambda_um = bands[b].lambda_um;
+      p.n = bands[b].n;
+      p.k = bands[b].k;
+      p.diffuse_brdf = bands[b].diffuse_brdf;
+      points[i * BANDS + b] = p;
+    }
+  }
+  hetab_engine *engine = new_engine(ctx, precision, HETAB_METHOD_SERIES, 0);
+  hetab_places *places;
+  assert_ok(ctx, hetab_places_create(ctx, engine, &places));
+  assert_ok(ctx, hetab_places_evaluate(ctx, places, 0.3, 3.0, bands, BANDS, NULL, at, PLACES,
+                                       spectra[0]));
+  assert_ok(ctx, hetab_places_evaluate(ctx, places, 0.3, 3.0, bands, BANDS,
+                                       (const double(*)[3])weights, at, PLACES, sums[0]));
+  hetab_places_free(places);
+  hetab_engine_free(engine);
+  hetab_value *reference = literal_values(ctx, points, PLACES * BANDS);
+  worst bands_worst = {0}, sums_worst = {0};
+  for (size_t i = 0; i < PLACES; i++)
+    for (size_t c = 0; c < 3; c++) {
+      double sum = 0;
+      for (size_t b = 0; b < BANDS; b++) {
+        sum += weights[b][c] * reference[i * BANDS + b].total;
+        worst_add(&bands_worst, i, spectra[i][b], reference[i * BANDS + b].total);
+      }
+      worst_add(&sums_worst, i, sums[i][c], sum);
+    }
+  assert_worst("bands", &bands_worst, dd_bound(precision), TOL_BELOW_FLOOR);
+  assert_worst("channels", &sums_worst, dd_bound(precision), TOL_BELOW_FLOOR);
+  free(reference);
+}
+
+static void test_places_float(void **state) {
+  check_places(*state, HETAB_FLOAT);
+}
+
+static void test_places_double(void **state) {
+  check_places(*state, HETAB_DOUBLE);
 }
 
 /* --- hard cases ------------------------------------------------------------------------------ */
@@ -406,6 +472,7 @@ int main(void) {
       TEST(test_grazing_both),     TEST(test_gentle),          TEST(test_steep),
       TEST(test_dielectric),       TEST(test_rarer),           TEST(test_far_off_specular),
       TEST(test_ninety_degrees),   TEST(test_any_g),           TEST(test_never_bad),
+      TEST(test_places_float),     TEST(test_places_double),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

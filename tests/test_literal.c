@@ -4,6 +4,8 @@
 
 #include <complex.h>
 
+#include "core/angle.h"
+
 static void test_golden(void **state) {
   size_t count;
   golden_point *golden = golden_points(&count);

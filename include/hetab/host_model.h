@@ -10,11 +10,6 @@
 extern "C" {
 #endif
 
-/* Degrees to radians: multiples of 90 are exactly those of M_PI_2, and beside them the result is
- * the nearest double (tests/test_literal.c). Even so a double near pi/2 has its cosine to 1e-16
- * absolute only: to 6e-10 of it at 90 - 1e-5 degrees. */
-double hetab_radians(double deg);
-
 /* Are the point's numbers within what the model is evaluated for? HETAB_ERR_ARGUMENT naming the
  * field, its value and the range: "sigma0_um = 0: give a value from 1e-09 to 1e+06". */
 hetab_status hetab_check_point(hetab_context *ctx, const hetab_point *point);
@@ -24,10 +19,10 @@ hetab_status hetab_check_point(hetab_context *ctx, const hetab_point *point);
 hetab_status hetab_evaluate_literal(hetab_context *ctx, const hetab_point *points, size_t count,
                                     hetab_value *values);
 
-/* rho_s(theta_i, lambda), Eq. 10: out[band_count][count], theta_i_deg[count], double, on the host.
+/* rho_s(theta_i, lambda), Eq. 10: out[band_count][count], theta_i[count], double, on the host.
  */
 hetab_status hetab_specular_reflectance(hetab_context *ctx, const hetab_surface *surface,
-                                        const double *theta_i_deg, size_t count, double *out);
+                                        const double *theta_i, size_t count, double *out);
 
 #ifdef __cplusplus
 }

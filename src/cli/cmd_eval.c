@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/angle.h"
 #include "cli.h"
 #include "csv.h"
 #include "options.h"

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "cli.h"
+#include "core/angle.h"
 #include "core/atomic_file.h"
 #include "core/clock.h"
 #include "output.h"
@@ -135,7 +136,7 @@ static int plan_merl(const cli_command *self, tabulate_job *job) {
   hetab_merl_options *o = &job->merl_options;
   *o = (hetab_merl_options){.sampling = (hetab_merl_sampling)r->sampling,
                             .colour = (hetab_merl_colour)r->colour,
-                            .specular_cone_deg = r->cone_deg,
+                            .specular_cone = hetab_radians(r->cone_deg),
                             .samples = r->samples,
                             .seed = (unsigned)r->seed};
   static const size_t needed[] = {
@@ -203,13 +204,13 @@ static hetab_status open_engine(tabulate_job *job) {
 /* ---- the specular reflectance -------------------------------------------------------------- */
 
 /* rho_s[band][angle]; free() it. NULL on failure. */
-static double *specular_table(tabulate_job *job, const double *theta_deg, size_t count,
+static double *specular_table(tabulate_job *job, const double *theta_i, size_t count,
                               output_format format) {
   size_t total = hetab_surface_band_count(job->surface) * count;
   double *rho = calloc(total, sizeof *rho), *max = &job->specular_max[format];
   if (!rho)
     cli_fail("out of memory");
-  else if (hetab_specular_reflectance(job->ctx, job->surface, theta_deg, count, rho) != HETAB_OK) {
+  else if (hetab_specular_reflectance(job->ctx, job->surface, theta_i, count, rho) != HETAB_OK) {
     cli_fail_context(job->ctx);
     free(rho);
     return NULL;
@@ -221,13 +222,12 @@ static double *specular_table(tabulate_job *job, const double *theta_deg, size_t
 
 enum { CSV_ANGLES = 91 }; /* every degree */
 
-static void write_specular_rows(FILE *stream, const hetab_surface *surface, const double *theta_deg,
-                                const double *rho) {
+static void write_specular_rows(FILE *stream, const hetab_surface *surface, const double *rho) {
   fputs("wavelength_nm,theta_i_deg,rho_s\n", stream);
   for (size_t band = 0; band < hetab_surface_band_count(surface); band++)
     for (size_t i = 0; i < CSV_ANGLES; i++)
       fprintf(stream, "%.10g,%g,%.9g\n", 1000 * hetab_surface_bands(surface)[band].lambda_um,
-              theta_deg[i], rho[band * CSV_ANGLES + i]);
+              (double)i, rho[band * CSV_ANGLES + i]);
 }
 
 /* Whether an output before this one has written its CSV. */
@@ -239,14 +239,14 @@ static int specular_is_written(const tabulate_job *job, const table_output *outp
 }
 
 static int save_specular_csv(tabulate_job *job, const table_output *output) {
-  double theta_deg[CSV_ANGLES];
+  double theta_i[CSV_ANGLES];
   cli_text csv = {0};
   for (int i = 0; i < CSV_ANGLES; i++)
-    theta_deg[i] = i;
-  double *rho = specular_table(job, theta_deg, CSV_ANGLES, output->format);
+    theta_i[i] = hetab_radians(i);
+  double *rho = specular_table(job, theta_i, CSV_ANGLES, output->format);
   int status = rho ? cli_text_begin(&csv) : CLI_FAILURE;
   if (status < 0 && !specular_is_written(job, output)) {
-    write_specular_rows(csv.stream, job->surface, theta_deg, rho);
+    write_specular_rows(csv.stream, job->surface, rho);
     status = cli_text_save(&csv, job->ctx, output->specular_path, job->request->force);
   }
   cli_text_free(&csv);
@@ -290,7 +290,7 @@ static int create_writers(tabulate_job *job) {
                          .slabs = precision,
                          .compression = (int)r->compression,
                          .overwrite = r->force};
-  double *rho = specular_table(job, hetab_grid_deg(job->grid, HETAB_THETA_I),
+  double *rho = specular_table(job, hetab_grid_radians(job->grid, HETAB_THETA_I),
                                hetab_grid_count(job->grid, HETAB_THETA_I), OUTPUT_H5);
   if (!rho)
     return CLI_FAILURE;

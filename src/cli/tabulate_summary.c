@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "core/angle.h"
 #include "output.h"
 #include "tabulate_job.h"
 
@@ -22,7 +23,7 @@ static hetab_error_stats file_error(const tabulate_job *job, const table_output 
 /* ---- JSON ---------------------------------------------------------------------------------- */
 
 static json_t *specular_json(const tabulate_job *job, const table_output *output) {
-  double cone = output->format == OUTPUT_MERL ? job->merl_options.specular_cone_deg : 0;
+  double cone = output->format == OUTPUT_MERL ? hetab_degrees(job->merl_options.specular_cone) : 0;
   return json_pack("{sf so so sf}", "max", job->specular_max[output->format], "file",
                    cli_json_text(output->specular_path ? output->specular_path : output->path),
                    "in_table", json_boolean(cone > 0), "cone_deg", cone);
@@ -126,7 +127,7 @@ static void print_rgl(const tabulate_job *job, const char *path) {
 static void print_notes(const tabulate_job *job, const table_output *output) {
   int merl = output->format == OUTPUT_MERL;
   double max = job->specular_max[output->format];
-  double cone = merl ? job->merl_options.specular_cone_deg : 0;
+  double cone = merl ? hetab_degrees(job->merl_options.specular_cone) : 0;
   size_t clamped = job->reports[output->format].clamped;
   if (output->format == OUTPUT_H5) {
     printf("%s: specular reflectance, at most %.3g, is in /specular_reflectance\n", output->path,

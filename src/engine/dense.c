@@ -42,23 +42,30 @@ void hetab_two_reals(const hetab_engine *engine, double value, double two[2]) {
   two[1] = value - two[0];
 }
 
-void hetab_wave_row(const hetab_engine *engine, const hetab_surface *surface,
+void hetab_wave_row(const hetab_engine *engine, const hetab_wave *wave, double *row) {
+  hetab_two_reals(engine, wave->g, row + HETAB_WAVE_G);
+  hetab_two_reals(engine, wave->x, row + HETAB_WAVE_X);
+  row[HETAB_WAVE_AMPLITUDE] = wave->amplitude;
+  row[HETAB_WAVE_E1] = wave->e1;
+  row[HETAB_WAVE_NK] = wave->nk;
+  row[HETAB_WAVE_DIFFUSE] = wave->diffuse_brdf;
+}
+
+void hetab_band_row(const hetab_engine *engine, const hetab_surface *surface,
                     const hetab_band *band, double *row) {
   hetab_wave wave =
       hetab_wave_of(hetab_surface_sigma0_um(surface), hetab_surface_tau_um(surface), band);
-  const double values[] = {wave.amplitude, wave.e1, wave.nk, wave.diffuse_brdf};
-  hetab_two_reals(engine, wave.g, row);
-  hetab_two_reals(engine, wave.x, row + 2);
-  memcpy(row + 4, values, sizeof values);
-  row[11] = hetab_fresnel_fit(band->n, band->k, FRESNEL_SHARE * engine->tolerance, row + 12);
+  hetab_wave_row(engine, &wave, row);
+  row[HETAB_WAVE_FITTED] =
+      hetab_fresnel_fit(band->n, band->k, FRESNEL_SHARE * engine->tolerance, row + HETAB_WAVE_FIT);
 }
 
 static void pair_row(const hetab_engine *engine, const hetab_pair *pair, double *row) {
-  hetab_two_reals(engine, pair->mu2 * pair->ratio2, row);
-  hetab_two_reals(engine, pair->d2, row + 2);
-  row[4] = pair->p;
-  row[5] = pair->mu2;
-  row[6] = pair->shadow;
+  hetab_two_reals(engine, pair->mu2 * pair->ratio2, row + HETAB_PAIR_G);
+  hetab_two_reals(engine, pair->d2, row + HETAB_PAIR_D2);
+  row[HETAB_PAIR_P] = pair->p;
+  row[HETAB_PAIR_MU2] = pair->mu2;
+  row[HETAB_PAIR_SHADOW] = pair->shadow;
 }
 
 static double *wave_rows(hetab_context *ctx, const hetab_engine *engine,
@@ -66,7 +73,7 @@ static double *wave_rows(hetab_context *ctx, const hetab_engine *engine,
   size_t count = hetab_surface_band_count(surface);
   double *rows = hetab_alloc(ctx, count, HETAB_WAVE_REALS * sizeof *rows);
   for (size_t w = 0; rows && w < count; w++)
-    hetab_wave_row(engine, surface, &hetab_surface_bands(surface)[w], rows + w * HETAB_WAVE_REALS);
+    hetab_band_row(engine, surface, &hetab_surface_bands(surface)[w], rows + w * HETAB_WAVE_REALS);
   return rows;
 }
 
@@ -105,9 +112,10 @@ hetab_status hetab_engine_atlas(hetab_context *ctx, const hetab_engine *engine, 
                                 size_t wave_count, double tau_2sigma, hetab_atlas *atlas) {
   double g_max = 0.0, g_min = HUGE_VAL, amplitude = 0.0;
   for (size_t w = 0; w < wave_count; w++) {
-    g_max = fmax(g_max, 4.0 * waves[w * HETAB_WAVE_REALS]);
-    g_min = fmin(g_min, 4.0 * waves[w * HETAB_WAVE_REALS]);
-    amplitude = fmax(amplitude, waves[w * HETAB_WAVE_REALS + 4]);
+    const double *wave = waves + w * HETAB_WAVE_REALS;
+    g_max = fmax(g_max, 4.0 * wave[HETAB_WAVE_G]);
+    g_min = fmin(g_min, 4.0 * wave[HETAB_WAVE_G]);
+    amplitude = fmax(amplitude, wave[HETAB_WAVE_AMPLITUDE]);
   }
   /* S / mu is at most sqrt(pi) tau_2sigma, at grazing, or of order 1 on steep surfaces */
   double largest = amplitude * 2.0 * fmax(1.0, M_PI * tau_2sigma * tau_2sigma);

@@ -76,8 +76,10 @@ hetab_status hetab_engine_atlas(hetab_context *ctx, const hetab_engine *engine, 
 
 /* A value as the engine's nearest real and the rest. */
 void hetab_two_reals(const hetab_engine *engine, double value, double two[2]);
-/* The kernels' row of one wavelength, kernels/tables.h; its weights are left as they are. */
-void hetab_wave_row(const hetab_engine *engine, const hetab_surface *surface,
+/* The kernels' row of one wavelength, kernels/tables.h, as far as the wave makes it; and with the
+ * fit of Fresnel's equations. Its weights are left as they are. */
+void hetab_wave_row(const hetab_engine *engine, const hetab_wave *wave, double *row);
+void hetab_band_row(const hetab_engine *engine, const hetab_surface *surface,
                     const hetab_band *band, double *row);
 
 #endif

@@ -50,7 +50,7 @@ static hetab_status set_waves(hetab_merl_job *job) {
     return HETAB_ERR_MEMORY;
   for (size_t w = 0; w < count; w++) {
     double *row = job->waves + w * HETAB_WAVE_REALS;
-    hetab_wave_row(job->engine, job->surface, &job->bands[w], row);
+    hetab_band_row(job->engine, job->surface, &job->bands[w], row);
     memcpy(row + HETAB_WAVE_WEIGHTS, job->weights[w], sizeof job->weights[w]);
   }
   return HETAB_OK;
@@ -80,7 +80,7 @@ hetab_status hetab_merl_job_bands(hetab_merl_job *job) {
 
 hetab_status hetab_merl_job_add_cone(hetab_merl_job *job) {
   double lobe[HETAB_MERL_THETA_D][HETAB_MERL_CHANNELS];
-  int cone_rows = hetab_specular_cone_rows(job->options->specular_cone_deg);
+  int cone_rows = hetab_specular_cone_rows(job->options->specular_cone);
   if (cone_rows == 0)
     return HETAB_OK;
   for (int d = 0; d < HETAB_MERL_THETA_D; d++) {

@@ -85,7 +85,7 @@ static hetab_status upload_frame(hetab_merl_job *job, double offset_h, double of
     double theta_d = hetab_merl_theta_d((double)(row % HETAB_MERL_THETA_D) + offset_d);
     double lateral = 2.0 * cos(theta_d) * sin(theta_h), mu = 2.0 * cos(theta_h) * cos(theta_d);
     hetab_two_reals(job->engine, lateral * lateral, frame + row * HETAB_FRAME_REALS);
-    frame[row * HETAB_FRAME_REALS + 2] = mu * mu;
+    frame[row * HETAB_FRAME_REALS + HETAB_FRAME_MU2] = mu * mu;
     fill_cosines(job, cos_phi, theta_h, theta_d, mu_i + row * job->stride,
                  mu_r + row * job->stride);
   }

@@ -90,13 +90,13 @@ static job job_of(const integration *in, const hetab_hemisphere *at, size_t angl
 }
 
 /* At exactly 90 degrees there is nothing to integrate. */
-static hetab_status plan(integration *in, const double *theta_i_deg) {
+static hetab_status plan(integration *in, const double *theta_i) {
   double tau_2sigma = hetab_tau_2sigma(in->surface);
   in->jobs = hetab_alloc(in->ctx, in->angle_count, in->band_count * sizeof *in->jobs);
   if (!in->jobs)
     return HETAB_ERR_MEMORY;
   for (size_t a = 0; a < in->angle_count; a++) {
-    hetab_hemisphere at = hetab_hemisphere_at(hetab_radians(theta_i_deg[a]), tau_2sigma);
+    hetab_hemisphere at = hetab_hemisphere_at(theta_i[a], tau_2sigma);
     for (size_t first = 0, end; at.in.mu > 0.0 && first < in->band_count; first = end) {
       end = octave_end(in, first);
       in->jobs[in->job_count++] = job_of(in, &at, a, first, end);
@@ -140,10 +140,10 @@ static void fill_nodes(const job *j, size_t ray, hetab_node *nodes, double *colu
                        size_t stride) {
   hetab_hemisphere_ray(&j->at, ray, j->rays, j->nodes, nodes);
   for (size_t i = 0; i < j->nodes; i++) {
-    columns[i] = nodes[i].cos2_d;
-    columns[stride + i] = nodes[i].lateral2;
-    columns[2 * stride + i] = nodes[i].g;
-    columns[3 * stride + i] = nodes[i].weight;
+    columns[HETAB_NODE_COS2_D * stride + i] = nodes[i].cos2_d;
+    columns[HETAB_NODE_LATERAL2 * stride + i] = nodes[i].lateral2;
+    columns[HETAB_NODE_G * stride + i] = nodes[i].g;
+    columns[HETAB_NODE_WEIGHT * stride + i] = nodes[i].weight;
   }
 }
 
@@ -152,7 +152,11 @@ static void fill_launch(const integration *in, const launch *l, hetab_node *node
   for (size_t i = l->first; i < l->end; i++) {
     const job *j = &in->jobs[i];
     for (size_t r = 0; !j->done && r <= j->rays; r++) {
-      const size_t fields[HETAB_RAY_INTS] = {node, j->nodes, j->first_band, j->band_count, result};
+      const size_t fields[HETAB_RAY_INTS] = {[HETAB_RAY_FIRST_NODE] = node,
+                                             [HETAB_RAY_NODES] = j->nodes,
+                                             [HETAB_RAY_FIRST_WAVE] = j->first_band,
+                                             [HETAB_RAY_WAVES] = j->band_count,
+                                             [HETAB_RAY_FIRST_SUM] = result};
       for (size_t f = 0; f < HETAB_RAY_INTS; f++)
         l->rays[ray * HETAB_RAY_INTS + f] = (cl_int)fields[f];
       fill_nodes(j, r, nodes, l->nodes + node, l->stride);
@@ -219,8 +223,8 @@ static estimate estimate_of(const integration *in, const void *sums, size_t firs
   double all = 0.0, even = 0.0, along = 0.0;
   for (size_t r = 0; r <= rays; r++) {
     size_t at = (first + r * stride) * HETAB_SUM_REALS;
-    double coarse = hetab_real_at(in->engine, sums, at);
-    double rest = hetab_real_at(in->engine, sums, at + 1);
+    double coarse = hetab_real_at(in->engine, sums, at + HETAB_SUM_FIRST);
+    double rest = hetab_real_at(in->engine, sums, at + HETAB_SUM_SECOND);
     all += coarse + rest;
     even += r % 2 ? 0.0 : coarse + rest;
     along += fabs(rest - coarse);
@@ -328,13 +332,13 @@ static hetab_status integrate(integration *in) {
 
 /* ---- the call ------------------------------------------------------------------------------ */
 
-static hetab_status check(hetab_context *ctx, const hetab_engine *engine, const double *theta_i_deg,
+static hetab_status check(hetab_context *ctx, const hetab_engine *engine, const double *theta_i,
                           size_t count, double tolerance) {
   HETAB_TRY(hetab_check_tolerance(ctx, tolerance));
   for (size_t i = 0; i < count; i++)
-    if (!(theta_i_deg[i] >= 0.0 && theta_i_deg[i] <= 90.0))
-      return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "theta_i = %g degrees is not in [0, 90]",
-                        theta_i_deg[i]);
+    if (!(theta_i[i] >= 0.0 && theta_i[i] <= M_PI_2))
+      return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "theta_i = %g radians is not in [0, pi/2]",
+                        theta_i[i]);
   if (hetab_engine_method(engine) == HETAB_METHOD_LITERAL)
     return hetab_fail(ctx, HETAB_ERR_UNSUPPORTED,
                       "reflectances are integrated on a device: the literal method has none");
@@ -342,10 +346,10 @@ static hetab_status check(hetab_context *ctx, const hetab_engine *engine, const 
 }
 
 /* Everything but the integral. */
-static void fill_rest(const integration *in, const double *theta_i_deg) {
+static void fill_rest(const integration *in, const double *theta_i) {
   double sigma0 = hetab_surface_sigma0_um(in->surface), tau = hetab_surface_tau_um(in->surface);
   for (size_t a = 0; a < in->angle_count; a++) {
-    hetab_direction d = hetab_direction_at(hetab_radians(theta_i_deg[a]), tau / (2.0 * sigma0));
+    hetab_direction d = hetab_direction_at(theta_i[a], tau / (2.0 * sigma0));
     for (size_t b = 0; b < in->band_count; b++) {
       const hetab_band *band = &hetab_surface_bands(in->surface)[b];
       hetab_wave wave = hetab_wave_of(sigma0, tau, band);
@@ -363,9 +367,12 @@ static hetab_status open_kernel(integration *in) {
   double *rows = hetab_alloc(in->ctx, in->band_count, HETAB_WAVE_REALS * sizeof *rows);
   if (!rows)
     return HETAB_ERR_MEMORY;
-  for (size_t b = 0; b < in->band_count; b++)
-    hetab_wave_row(in->engine, in->surface, &hetab_surface_bands(in->surface)[b],
-                   rows + b * HETAB_WAVE_REALS);
+  for (size_t b = 0; b < in->band_count; b++) {
+    hetab_wave wave =
+        hetab_wave_of(hetab_surface_sigma0_um(in->surface), hetab_surface_tau_um(in->surface),
+                      &hetab_surface_bands(in->surface)[b]);
+    hetab_wave_row(in->engine, &wave, rows + b * HETAB_WAVE_REALS);
+  }
   hetab_status status = hetab_lane_upload(in->ctx, in->engine, lane, rows,
                                           in->band_count * HETAB_WAVE_REALS, &in->waves);
   free(rows);
@@ -375,8 +382,8 @@ static hetab_status open_kernel(integration *in) {
 }
 
 hetab_status hetab_reflectance_dh(hetab_context *ctx, hetab_engine *engine,
-                                  const hetab_surface *surface, const double *theta_i_deg,
-                                  size_t count, double tolerance, hetab_reflectance *out) {
+                                  const hetab_surface *surface, const double *theta_i, size_t count,
+                                  double tolerance, hetab_reflectance *out) {
   integration in = {.ctx = ctx,
                     .engine = engine,
                     .surface = surface,
@@ -384,15 +391,15 @@ hetab_status hetab_reflectance_dh(hetab_context *ctx, hetab_engine *engine,
                     .band_count = hetab_surface_band_count(surface),
                     .tolerance = tolerance > 0.0 ? tolerance : default_tolerance(engine)};
   hetab_status status;
-  HETAB_TRY(check(ctx, engine, theta_i_deg, count, tolerance));
+  HETAB_TRY(check(ctx, engine, theta_i, count, tolerance));
   HETAB_TRY(hetab_check_surface(ctx, surface));
   in.out = hetab_alloc(ctx, in.band_count * count, sizeof *out);
   if (!in.out)
     return HETAB_ERR_MEMORY;
-  HETAB_GOTO(plan(&in, theta_i_deg));
+  HETAB_GOTO(plan(&in, theta_i));
   HETAB_GOTO(open_kernel(&in));
   HETAB_GOTO(integrate(&in));
-  fill_rest(&in, theta_i_deg);
+  fill_rest(&in, theta_i);
   for (size_t i = 0; i < in.band_count * count; i++)
     out[i] = in.out[i];
 done:

@@ -3,11 +3,12 @@
 #ifndef HETAB_FIT_FIT_INTERNAL_H
 #define HETAB_FIT_FIT_INTERNAL_H
 
-#include <CL/cl.h>
 #include <hetab/fit.h>
 #include <hetab/reflectance.h>
 
+#include "core/angle.h"
 #include "core/context.h"
+#include "engine/points.h"
 
 enum { HETAB_FIT_MOST_FREE = 3 }; /* unknowns but the diffuse part: two of roughness, and n */
 enum { HETAB_FIT_MOST_BANDS = 1024, HETAB_FIT_MOST_DIFFUSE = 256 };
@@ -35,7 +36,7 @@ typedef struct hetab_fit_data {
   double *measured;        /* [count][bands] */
   double *weight;          /* [count][bands], 0: not in the fit */
   size_t *incidence;       /* [count] */
-  double *theta_i_deg;     /* [incidence_count] */
+  double *theta_i;         /* [incidence_count] */
   size_t incidence_count;
   double scale; /* of the objective: sum w f^2, or sum w for logarithms */
   size_t values, missing, thinned;
@@ -52,11 +53,10 @@ void hetab_fit_data_clear(hetab_fit_data *data);
 
 typedef struct hetab_fit_model {
   hetab_engine *engine;
-  cl_kernel kernel;
+  hetab_places *places;
   hetab_surface *surface; /* its roughness and n are set before each evaluation */
-  double *columns;        /* of a batch */
   hetab_reflectance *reflectances;
-  double *theta_i_deg; /* of the active incidences */
+  double *theta_i; /* of the active incidences */
 } hetab_fit_model;
 
 hetab_status hetab_fit_model_create(hetab_context *ctx, hetab_engine *engine,
@@ -92,7 +92,7 @@ typedef struct hetab_fit_state {
 /* What the fit without the constraint would do to it. */
 typedef struct hetab_fit_wish {
   double q, value[HETAB_FIT_QUANTITIES];
-  double excess, theta_i_deg, lambda_um; /* of rho_dh over the bound, where it is largest */
+  double excess, theta_i, lambda_um; /* of rho_dh over the bound, where it is largest */
 } hetab_fit_wish;
 
 typedef struct hetab_fit_problem {

@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define HETAB_HOST
+#include "kernels/hetab_lang.h"
 #include "kernels/tables.h"
 #include "model/model.h"
 #include "model/polynomial.h"
@@ -92,13 +94,13 @@ static hetab_status add_segment(const maker *m, double g_centre, double g_half, 
       return hetab_fail(m->ctx, HETAB_ERR_MEMORY, "out of memory for the series' polynomials");
   }
   double *head = atlas->segments + n * HETAB_SEGMENT_REALS;
-  head[0] = a;
-  head[1] = 0.5 * (a + b);
-  head[2] = 2.0 / (b - a);
+  head[HETAB_SEGMENT_START] = a;
+  head[HETAB_SEGMENT_CENTRE] = 0.5 * (a + b);
+  head[HETAB_SEGMENT_SCALE] = 2.0 / (b - a);
   memset(atlas->coefficients + n * table, 0, table * sizeof(double));
   fit_segment(m, g_centre, g_half, a, b, atlas->coefficients + n * table);
   /* the largest constant apart, exactly, as a factor */
-  head[3] = exp(atlas->coefficients[n * table]);
+  head[HETAB_SEGMENT_H] = exp(atlas->coefficients[n * table]);
   atlas->coefficients[n * table] = 0.0;
   atlas->segment_count++;
   return HETAB_OK;
@@ -110,28 +112,21 @@ static hetab_status build_panel(const maker *m, double g_low, double g_high, dou
   const hetab_atlas *atlas = m->atlas;
   double end = fmax(end_of_x(g_low, atlas->ln_h_end), end_of_x(g_high, atlas->ln_h_end));
   double a = 0, length = end;
-  panel[0] = (double)atlas->segment_count;
-  panel[2] = 0.5 * (g_low + g_high);
-  panel[3] = 2.0 / (g_high - g_low);
-  panel[4] = end;
-  panel[5] = g_low;
+  panel[HETAB_PANEL_FIRST] = (double)atlas->segment_count;
+  panel[HETAB_PANEL_CENTRE] = 0.5 * (g_low + g_high);
+  panel[HETAB_PANEL_SCALE] = 2.0 / (g_high - g_low);
+  panel[HETAB_PANEL_X_END] = end;
+  panel[HETAB_PANEL_START] = g_low;
   while (a < end) {
     double b = fmin(a + 1.5 * length, end);
     while (!converges(m, g_low, a, b) && b - a > 1e-4 * end)
       b = a + 0.7 * (b - a);
     length = b - a;
-    HETAB_TRY(add_segment(m, panel[2], 0.5 * (g_high - g_low), a, b));
+    HETAB_TRY(add_segment(m, panel[HETAB_PANEL_CENTRE], 0.5 * (g_high - g_low), a, b));
     a = end - b < 1e-9 * end ? end : b;
   }
-  panel[1] = (double)atlas->segment_count - panel[0];
+  panel[HETAB_PANEL_COUNT] = (double)atlas->segment_count - panel[HETAB_PANEL_FIRST];
   return HETAB_OK;
-}
-
-/* Panels start at 2^e and 1.5 2^e; kernels/atlas.h reads their number off a float's bits. */
-static int panel_number(double g) {
-  int exponent;
-  double mantissa = frexp(g, &exponent); /* in [0.5, 1) */
-  return 2 * (exponent - 1 + 127) + (mantissa >= 0.75);
 }
 
 static double panel_start(int number) {
@@ -140,8 +135,8 @@ static double panel_start(int number) {
 
 hetab_status hetab_atlas_build(hetab_context *ctx, double g_min, double g_max, double tolerance,
                                hetab_atlas *atlas) {
-  atlas->first_panel = panel_number(g_min);
-  atlas->panel_count = (size_t)(panel_number(g_max) - atlas->first_panel) + 1;
+  atlas->first_panel = hetab_panel_number(g_min);
+  atlas->panel_count = (size_t)(hetab_panel_number(g_max) - atlas->first_panel) + 1;
   atlas->panels = hetab_alloc(ctx, atlas->panel_count, HETAB_PANEL_REALS * sizeof(double));
   if (!atlas->panels)
     return HETAB_ERR_MEMORY;

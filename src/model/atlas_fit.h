@@ -12,7 +12,7 @@ typedef struct hetab_atlas {
   int pad_x, pad_g;       /* the same, rounded up to the vector width */
   size_t panel_count, segment_count;
   double ln_h_end;      /* the tables end where ln h has fallen to this */
-  int first_panel;      /* 2 (exponent + 127) + first bit of the mantissa of panels[0]'s start */
+  int first_panel;      /* the number (kernels/tables.h) of panels[0] */
   double *panels;       /* [panel_count][HETAB_PANEL_REALS] */
   double *segments;     /* [segment_count][HETAB_SEGMENT_REALS] */
   double *coefficients; /* [segment_count][degree_g][pad_x] */

@@ -4,12 +4,6 @@
 #include "kernels/he_torrance.h"
 #include "kernels/shadowing.h"
 
-double hetab_radians(double deg) {
-  static const double REST = 6.123233995736766e-17; /* of pi/2 */
-  double quarters = round(deg / 90.0), rest = (deg - 90.0 * quarters) * (M_PI / 180.0);
-  return quarters * M_PI_2 + (rest == 0.0 ? 0.0 : rest + quarters * REST);
-}
-
 double hetab_one_plus_cos(double phi) {
   double c = fabs(phi) == M_PI ? 0.0 : cos(0.5 * phi);
   return 2.0 * c * c;
@@ -39,20 +33,20 @@ static double e1_of(double n, double k) {
 }
 
 hetab_wave hetab_wave_of(double sigma0_um, double tau_um, const hetab_band *band) {
-  hetab_wave wave = {.g = HETAB_WAVE_G(sigma0_um, band->lambda_um),
-                     .x = HETAB_WAVE_X(tau_um, band->lambda_um),
+  hetab_wave wave = {.g = hetab_wave_g(sigma0_um, band->lambda_um),
+                     .x = hetab_wave_x(tau_um, band->lambda_um),
                      .e1 = e1_of(band->n, band->k),
                      .nk = band->n * band->k,
                      .diffuse_brdf = band->diffuse_brdf};
-  wave.amplitude = HETAB_WAVE_AMPLITUDE(wave.g, wave.x);
+  wave.amplitude = hetab_wave_amplitude(wave.g, wave.x);
   return wave;
 }
 
 double hetab_specular(const hetab_direction *i, const hetab_wave *wave) {
   hetab_pair mirror = hetab_pair_of(i, i);
   double s = i->shadow_over_cos * i->mu;
-  return hetab_fresnel(i->mu * i->mu, wave->e1, wave->nk) *
-         exp(-wave->g * mirror.mu2 * mirror.ratio2) * s * s;
+  return hetab_rho_s(hetab_fresnel(i->mu * i->mu, wave->e1, wave->nk), s * s,
+                     wave->g * mirror.mu2 * mirror.ratio2);
 }
 
 double hetab_fresnel_at(double cos2, double n, double k) {

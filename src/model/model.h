@@ -5,9 +5,10 @@
 
 #include <stddef.h>
 
-#include <hetab/host_model.h>
-#include <hetab/surface.h>
 #include <hetab/types.h>
+
+#include "core/angle.h"
+#include <hetab/surface.h>
 
 /* One direction's polar angle. */
 typedef struct hetab_direction {
