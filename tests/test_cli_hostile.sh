@@ -159,7 +159,7 @@ ln -s good.h5 link.exr
 keeps "view: over the table" good.h5 "output too" view good.h5 -o link.exr
 
 # Of several outputs all or none: the second is too large.
-awk 'BEGIN { print "x_um,z_um"; for (i = 0; i < 500; i++) print i, sin(i * i) }' OFS=, >scan.csv
+awk 'BEGIN { print "x_um,z_um"; for (i = 0; i < 500; i++) printf "%d,%g\n", i, sin(i * i) }' >scan.csv
 (ulimit -f 8 && "$program" roughness -q scan.csv --csv a.csv --html a.html 2>err)
 one_line "all or none" $? 1 "cannot write 'a.html': File too large"
 check "all or none: none" test ! -e a.csv -a ! -e a.html
