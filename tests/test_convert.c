@@ -306,8 +306,8 @@ static void save_spectral(hetab_context *ctx, const char *path, const hetab_surf
   assert_ok(ctx, hetab_h5_create(ctx, path, surface, grid, &options, &writer));
   assert_ok(ctx,
             hetab_tabulate(ctx, engine, surface, grid, NULL, hetab_table_write_slab, writer, NULL));
-  assert_ok(ctx,
-            hetab_specular_reflectance(ctx, surface, hetab_grid_deg(grid, HETAB_THETA_I), 31, rho));
+  assert_ok(ctx, hetab_specular_reflectance(ctx, surface, hetab_grid_radians(grid, HETAB_THETA_I),
+                                            31, rho));
   assert_ok(ctx, hetab_table_write_specular(ctx, writer, rho));
   assert_ok(ctx, hetab_table_commit(ctx, writer));
   hetab_grid_free(grid);

@@ -1,5 +1,6 @@
 /* Fits of measurements that the printed equations made: what was put in has to come out, the
  * constraint has to hold, and what the measurements do not say must not be said. */
+#include "degrees.h"
 #include "golden_support.h"
 
 enum { PRESETS = 5, STARTS = 30, TRIALS = 60 };
@@ -343,15 +344,15 @@ static void test_selection(void **state) {
   hetab_engine *engine = series_engine(ctx);
   truth t = preset_truth(ctx, 0);
   hetab_measurements *m = measure(ctx, &t, &green_um, 1);
-  const double chosen[] = {30, 65};
+  const double chosen[] = {DEG(30), DEG(65)};
   hetab_fit_options o = slope_and_a(&t);
-  o.theta_i_deg = chosen;
+  o.theta_i = chosen;
   o.theta_i_count = 2;
   o.plane = 1;
-  o.exclude_mirror_deg = 4.5;
+  o.exclude_mirror = DEG(4.5);
   hetab_fit *fit = fit_of(ctx, engine, m, &o);
   assert_int_equal(fit->incidence_count, 2);
-  assert_true(fabs(fit->incidences[1].theta_i_deg - 65) < 1e-9);
+  assert_true(fabs(fit->incidences[1].theta_i - DEG(65)) < 1e-11);
   /* 26 to 34 degrees of the one, 62 to 68 of the other */
   assert_int_equal(fit->used_pairs, 2 * VIEWS - 5 - 4);
   for (size_t i = 0; i < PAIRS; i++)
@@ -376,8 +377,8 @@ static double least_margin(hetab_context *ctx, hetab_engine *engine, const hetab
   double least = HUGE_VAL;
   hetab_reflectance r[8];
   for (size_t t = 0; t < fit->incidence_count; t++) {
-    assert_ok(ctx, hetab_reflectance_dh(ctx, engine, fit->surface, &fit->incidences[t].theta_i_deg,
-                                        1, 0, r));
+    assert_ok(
+        ctx, hetab_reflectance_dh(ctx, engine, fit->surface, &fit->incidences[t].theta_i, 1, 0, r));
     for (size_t b = 0; b < fit->bands; b++)
       least = fmin(least, (fit->constraint == HETAB_FIT_ENERGY ? 1 : r[b].fresnel) - r[b].dh);
   }
@@ -702,13 +703,13 @@ static void test_bad_options(void **state) {
   REFUSE(p[HETAB_FIT_N].value = 1.5, HETAB_ERR_ARGUMENT, "given by the index");
   REFUSE(o.starts = 1000000, HETAB_ERR_ARGUMENT, "starts");
   REFUSE(o.bootstrap = (size_t)-1, HETAB_ERR_ARGUMENT, "resamplings");
-  REFUSE(o.exclude_mirror_deg = -1, HETAB_ERR_ARGUMENT, "exclude_mirror_deg");
-  REFUSE(o.exclude_mirror_deg = 180, HETAB_ERR_RANGE, "no measurement is left");
+  REFUSE(o.exclude_mirror = -1, HETAB_ERR_ARGUMENT, "exclude_mirror");
+  REFUSE(o.exclude_mirror = M_PI, HETAB_ERR_RANGE, "no measurement is left");
   REFUSE(o.asked_diffuse = -1, HETAB_ERR_ARGUMENT, "asked_diffuse");
-  const double other_um = 0.6, twice_um[] = {0.55, 0.55}, other_deg = 20;
+  const double other_um = 0.6, twice_um[] = {0.55, 0.55}, other = DEG(20);
   REFUSE((o.lambda_um = &other_um, o.lambda_count = 1), HETAB_ERR_RANGE, "600 nm");
   REFUSE((o.lambda_um = twice_um, o.lambda_count = 2), HETAB_ERR_ARGUMENT, "twice");
-  REFUSE((o.theta_i_deg = &other_deg, o.theta_i_count = 1), HETAB_ERR_RANGE, "20 degrees");
+  REFUSE((o.theta_i = &other, o.theta_i_count = 1), HETAB_ERR_RANGE, "20 degrees");
   REFUSE((p[0].free = 0, p[0].value = 9, p[2].value = 9e3), HETAB_ERR_RANGE, "wavelengths");
   REFUSE(o.max_points = 2, HETAB_ERR_RANGE, "do not determine");
   hetab_engine *literal = new_engine(ctx, HETAB_DOUBLE, HETAB_METHOD_LITERAL, 0);

@@ -120,10 +120,10 @@ static void test_specular_of_surface(void **state) {
   for (size_t i = 0; i < count; i++) {
     const hetab_point *p = &golden[i].point;
     hetab_surface *surface;
-    double deg = p->theta_i * 180 / M_PI, rho_s;
+    double rho_s;
     assert_ok(*state, hetab_surface_create(*state, p->sigma0_um, p->tau_um, p->n, p->k,
                                            &p->lambda_um, 1, &surface));
-    assert_ok(*state, hetab_specular_reflectance(*state, surface, &deg, 1, &rho_s));
+    assert_ok(*state, hetab_specular_reflectance(*state, surface, &p->theta_i, 1, &rho_s));
     relative = fmax(relative, relative_error(rho_s, golden[i].rho_s));
     hetab_surface_free(surface);
   }

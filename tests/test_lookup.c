@@ -1,5 +1,6 @@
 /* Look-ups: tables of files against the literal model, their samplers, reflectances, and files that
  * are not what they say. */
+#include "degrees.h"
 #include "table_support.h"
 
 #include "lookup_support.h"
@@ -425,18 +426,18 @@ static void samples_follow_their_density(void **state) {
 /* The table's albedo against the model's reflectance, which is integrated elsewhere. */
 static void albedos_are_the_models(void **state) {
   hetab_context *ctx = ((fixture *)*state)->ctx;
-  static const double degrees[] = {0, 20, 45, 70, 80, 85};
-  enum { ANGLES = sizeof degrees / sizeof *degrees };
+  static const double theta_i[] = {0, DEG(20), DEG(45), DEG(70), DEG(80), DEG(85)};
+  enum { ANGLES = sizeof theta_i / sizeof *theta_i };
   hetab_engine *engine = new_engine(ctx);
   for (int s = 0; s < PRESETS; s++) {
     hetab_surface *surface = surface_of(ctx, presets[s], three_bands_um, 3);
     hetab_lookup *table = h5_table(ctx, surface);
     hetab_reflectance rho[3 * ANGLES];
     double worst = 0;
-    assert_ok(ctx, hetab_reflectance_dh(ctx, engine, surface, degrees, ANGLES, 0, rho));
+    assert_ok(ctx, hetab_reflectance_dh(ctx, engine, surface, theta_i, ANGLES, 0, rho));
     for (int t = 0; t < ANGLES; t++) {
       float wi[3], value[3];
-      direction_at(degrees[t] * M_PI / 180, 0, wi);
+      direction_at(theta_i[t], 0, wi);
       hetab_lookup_albedo(table, wi, value);
       for (int b = 0; b < 3; b++)
         worst = fmax(worst, fabs((double)value[b] / rho[b * ANGLES + t].dd.value - 1));
@@ -525,16 +526,16 @@ static const char csv_header[] = "wavelength_nm,theta_i_deg,rho_s\n";
 
 /* rho_s as hetab tabulate writes it beside MERL tables. */
 static void save_specular_csv(hetab_context *ctx, const hetab_surface *surface, const char *path) {
-  double deg[91], *rho = calloc(91 * MOST_BANDS, sizeof *rho);
+  double theta_i[91], *rho = calloc(91 * MOST_BANDS, sizeof *rho);
   FILE *file = fopen(path, "w");
   assert_non_null(file);
   for (int i = 0; i <= 90; i++)
-    deg[i] = i;
-  assert_ok(ctx, hetab_specular_reflectance(ctx, surface, deg, 91, rho));
+    theta_i[i] = DEG(i);
+  assert_ok(ctx, hetab_specular_reflectance(ctx, surface, theta_i, 91, rho));
   fputs(csv_header, file);
   for (size_t b = 0; b < hetab_surface_band_count(surface); b++)
     for (size_t i = 0; i < 91; i++)
-      fprintf(file, "%.10g,%g,%.9g\n", 1000 * hetab_surface_bands(surface)[b].lambda_um, deg[i],
+      fprintf(file, "%.10g,%zu,%.9g\n", 1000 * hetab_surface_bands(surface)[b].lambda_um, i,
               rho[b * 91 + i]);
   assert_int_equal(fclose(file), 0);
   free(rho);
@@ -551,9 +552,9 @@ static void the_specular_delta_is_apart(void **state) {
   hetab_lookup *merl = open_table(ctx, "t.binary", HETAB_LOOKUP_NEAREST);
   double worst = 0;
   for (double deg = 0.5; deg < 87; deg += 1.7) {
-    double rho[MOST_BANDS], rgb[3] = {0};
-    assert_ok(ctx, hetab_specular_reflectance(ctx, surface, &deg, 1, rho));
-    direction_at(deg * M_PI / 180, 1, wi);
+    double rho[MOST_BANDS], rgb[3] = {0}, theta_i = DEG(deg);
+    assert_ok(ctx, hetab_specular_reflectance(ctx, surface, &theta_i, 1, rho));
+    direction_at(theta_i, 1, wi);
     hetab_lookup_specular(h5, wi, value);
     for (int b = 0; b < MOST_BANDS; b++) {
       worst = fmax(worst, fabs((double)value[b] - rho[b]) / fmax(rho[b], 1e-6));
@@ -754,12 +755,12 @@ static void damaged_specular_files_are_refused(void **state) {
     const char *rows, *word;
   } cases[] = {
       {"", "no rows"},
-      {"550,0,0.1\n550,10\n", "line 3"},
-      {"550,0,nan\n", "line 2"},
-      {"550,0,2\n", "line 2"},
-      {"550,95,0.1\n", "line 2"},
-      {"-5,0,0.1\n", "line 2"},
-      {"550,0,0.1 x\n", "line 2"},
+      {"550,0,0.1\n550,10\n", ":3:"},
+      {"550,0,nan\n", ":2:"},
+      {"550,0,2\n", ":2:"},
+      {"550,95,0.1\n", ":2:"},
+      {"-5,0,0.1\n", ":2:"},
+      {"550,0,0.1 x\n", ":2:"},
       {"550,10,0.1\n550,0,0.1\n", "ascend"},
       {"550,0,0.1\n550,10,0.1\n560,0,0.1\n", "ascend"},
       {"550,0,0.1\n540,0,0.1\n", "ascend"},

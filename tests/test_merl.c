@@ -1,5 +1,6 @@
 /* MERL tables of surfaces: cells against the literal reference, colour, the horizon, look-ups and
  * the specular cone. */
+#include "degrees.h"
 #include "golden_support.h"
 
 enum { SIDE = 90, PHIS = 180, CELLS = SIDE * SIDE * PHIS, BANDS = 31 };
@@ -261,7 +262,7 @@ static void check_horizon(hetab_context *ctx, hetab_merl_sampling sampling, doub
   hetab_merl_options options = {.sampling = sampling,
                                 .colour = HETAB_MERL_MONO,
                                 .band_um = {0.55},
-                                .specular_cone_deg = cone};
+                                .specular_cone = DEG(cone)};
   hetab_merl *merl = table_of(ctx, surface, HETAB_FLOAT, &options, NULL);
   const double *values = hetab_merl_channel_const(merl, 0);
   size_t wrong = 0, unsymmetric = 0, invalid = 0, differ = 0;
@@ -411,12 +412,13 @@ static void check_cone(hetab_context *ctx, hetab_merl_sampling sampling, double 
   hetab_surface *surface = constant(ctx, 0.03, 3);
   hetab_merl_options options = {.sampling = sampling, .colour = HETAB_MERL_MONO, .band_um = {0.55}};
   hetab_merl *without = table_of(ctx, surface, HETAB_FLOAT, &options, NULL);
-  options.specular_cone_deg = cone;
+  options.specular_cone = DEG(cone);
   hetab_merl *with = table_of(ctx, surface, HETAB_FLOAT, &options, NULL);
   double error = 0;
   for (size_t i = 0; i < sizeof incidence_deg / sizeof *incidence_deg; i++) {
-    double rho_s, energy = cone_energy(with, without, incidence_deg[i] / 180 * M_PI, cone);
-    assert_ok(ctx, hetab_specular_reflectance(ctx, surface, &incidence_deg[i], 1, &rho_s));
+    double theta_i = DEG(incidence_deg[i]), rho_s;
+    double energy = cone_energy(with, without, theta_i, cone);
+    assert_ok(ctx, hetab_specular_reflectance(ctx, surface, &theta_i, 1, &rho_s));
     print_message("  cone %g, theta_i %g: %.5f of %.5f\n", cone, incidence_deg[i], energy, rho_s);
     error = fmax(error, relative_error(energy, rho_s));
   }

@@ -13,6 +13,8 @@
 #include <hetab/measurements.h>
 #include <hetab/predict.h>
 
+#include "degrees.h"
+
 static const double pi = 3.14159265358979323846;
 
 typedef struct fixture {
@@ -206,27 +208,26 @@ static hetab_surface *make_surface(const fixture *f) {
 }
 
 static void test_curves(void **state) {
-  static const double theta_i_deg[] = {20, 60};
+  static const double theta_i[] = {DEG(20), DEG(60)};
   fixture *f = *state;
   hetab_surface *surface = make_surface(f);
   hetab_prediction *p;
   hetab_predict_options options = {.bounds = {.sigma0_um = {0.45, 0.55}},
-                                   .theta_i_deg = theta_i_deg,
+                                   .theta_i = theta_i,
                                    .theta_i_count = 2,
-                                   .step_deg = 5};
+                                   .step = DEG(5)};
   assert_ok(f, hetab_predict(f->ctx, f->engine, surface, &options, &p));
   assert_int_equal(p->curve_count, 4);
   assert_int_equal(p->theta_r_count, 37);
   assert_true(p->bounds.tau_um.low == 5 && p->bounds.tau_um.high == 5);
   for (size_t c = 0; c < 4; c++) {
     const hetab_prediction_curve *curve = &p->curves[c];
-    double theta_i = theta_i_deg[c % 2] * pi / 180;
     assert_true(fabs(curve->lambda_um - (c < 2 ? 0.5 : 0.6)) < 1e-12);
-    assert_true(fabs(curve->peak_deg - theta_i_deg[c % 2]) <= 15 && curve->peak_deg > 0);
+    assert_true(fabs(curve->peak - theta_i[c % 2]) <= DEG(15.1) && curve->peak > 0);
     for (size_t i = 0; i < 37; i++) {
       double theta_r_deg = -90 + 5 * (double)i;
       hetab_point point = {curve->lambda_um,
-                           theta_i,
+                           theta_i[c % 2],
                            fabs(theta_r_deg) * pi / 180,
                            theta_r_deg > 0 ? pi : 0,
                            0.5,
@@ -235,7 +236,7 @@ static void test_curves(void **state) {
                            6,
                            0};
       double expected = quantity_at(f, &point, HETAB_BOUNDED_TOTAL);
-      assert_true(fabs(p->theta_r_deg[i] - theta_r_deg) < 1e-12);
+      assert_true(fabs(p->theta_r[i] - DEG(theta_r_deg)) < 1e-14);
       assert_true(fabs(curve->f[i].nominal - expected) <= 1e-12 * expected);
     }
     assert_true(curve->specular.low < curve->specular.high);
@@ -270,18 +271,18 @@ static hetab_measurements *make_measurements(const fixture *f, double sigma0_um,
 }
 
 static hetab_prediction *judge(const fixture *f, double sigma0_um, double factor, double accuracy,
-                               double exclude_mirror_deg) {
-  static const double theta_i_deg[] = {30, 50};
+                               double exclude_mirror) {
+  static const double theta_i[] = {DEG(30), DEG(50)};
   hetab_surface *surface = make_surface(f);
   hetab_measurements *m = make_measurements(f, sigma0_um, factor);
   hetab_prediction *p;
   hetab_predict_options options = {.bounds = {.sigma0_um = {0.45, 0.55}},
-                                   .theta_i_deg = theta_i_deg,
+                                   .theta_i = theta_i,
                                    .theta_i_count = 2,
-                                   .step_deg = 30,
+                                   .step = DEG(30),
                                    .measurements = m,
                                    .accuracy = accuracy,
-                                   .exclude_mirror_deg = exclude_mirror_deg};
+                                   .exclude_mirror = exclude_mirror};
   assert_ok(f, hetab_predict(f->ctx, f->engine, surface, &options, &p));
   hetab_measurements_free(m);
   hetab_surface_free(surface);
@@ -298,9 +299,9 @@ static void test_points_within(void **state) {
   assert_int_equal(p->plane.points, 2 * 25 - 1);
   for (size_t i = 0; i < p->point_count; i++) {
     const hetab_predicted_point *point = &p->points[i];
-    assert_int_equal(p->curves[point->curve].theta_i_deg, 30);
+    assert_true(p->curves[point->curve].theta_i == DEG(30));
     if (point->in_plane && point->directions.theta_r > 0)
-      assert_int_equal(point->plane_deg > 0, point->directions.phi > 3);
+      assert_int_equal(point->plane_theta_r > 0, point->directions.phi > 3);
   }
   hetab_prediction_free(p);
 }
@@ -318,13 +319,13 @@ static void test_points_outside(void **state) {
   p = judge(f, 0.5, 0.2, 0, 0);
   assert_true(p->hemisphere.below > p->point_count / 2 && p->hemisphere.above == 0);
   hetab_prediction_free(p);
-  p = judge(f, 0.5, 1, 0, 8); /* of theta_r 27.7 and 34.6 degrees, the mirror's neighbours */
+  p = judge(f, 0.5, 1, 0, DEG(8)); /* of theta_r 27.7 and 34.6 degrees, the mirror's neighbours */
   assert_int_equal(p->point_count, 2 * VIEWS - 1 - 2 * 2);
   hetab_prediction_free(p);
 }
 
 static void test_bad_options(void **state) {
-  static const double good[] = {30}, grazing[] = {90}, other[] = {12}, far[] = {0.9};
+  static const double good[] = {DEG(30)}, grazing[] = {DEG(90)}, other[] = {DEG(12)}, far[] = {0.9};
   fixture *f = *state;
   hetab_surface *surface = make_surface(f);
   hetab_measurements *m = make_measurements(f, 0.5, 1);
@@ -334,16 +335,16 @@ static void test_bad_options(void **state) {
     const char *word;
   } cases[] = {
       {{.theta_i_count = 0}, HETAB_ERR_ARGUMENT, "no incidence"},
-      {{.theta_i_deg = grazing, .theta_i_count = 1}, HETAB_ERR_ARGUMENT, "below 90"},
-      {{.theta_i_deg = good, .theta_i_count = 1, .step_deg = -1}, HETAB_ERR_ARGUMENT, "step"},
-      {{.theta_i_deg = good, .theta_i_count = 1, .accuracy = 2}, HETAB_ERR_ARGUMENT, "accuracy"},
-      {{.theta_i_deg = good, .theta_i_count = 1, .bounds = {.sigma0_um = {0.6, 0.7}}},
+      {{.theta_i = grazing, .theta_i_count = 1}, HETAB_ERR_ARGUMENT, "below 90"},
+      {{.theta_i = good, .theta_i_count = 1, .step = -1}, HETAB_ERR_ARGUMENT, "step"},
+      {{.theta_i = good, .theta_i_count = 1, .accuracy = 2}, HETAB_ERR_ARGUMENT, "accuracy"},
+      {{.theta_i = good, .theta_i_count = 1, .bounds = {.sigma0_um = {0.6, 0.7}}},
        HETAB_ERR_ARGUMENT,
        "sigma0, 0.5 um"},
-      {{.theta_i_deg = other, .theta_i_count = 1, .measurements = m},
+      {{.theta_i = other, .theta_i_count = 1, .measurements = m},
        HETAB_ERR_RANGE,
        "no measurement"},
-      {{.theta_i_deg = good,
+      {{.theta_i = good,
         .theta_i_count = 1,
         .lambda_um = far,
         .lambda_count = 1,

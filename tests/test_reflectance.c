@@ -1,5 +1,6 @@
 /* Hemispherical reflectances: golden values, closed forms, independent sums, and whether the error
  * estimates can be believed. */
+#include "degrees.h"
 #include "golden_support.h"
 
 #include <time.h>
@@ -22,9 +23,7 @@ static hetab_reflectance reflectance_at(hetab_context *ctx, hetab_engine *engine
                                         const hetab_point *p, double tolerance) {
   hetab_surface *surface = new_surface(ctx, p);
   hetab_reflectance r;
-  double deg = p->theta_i * 180 / M_PI;
-  deg = fabs(deg - round(deg)) < 1e-12 ? round(deg) : deg;
-  assert_ok(ctx, hetab_reflectance_dh(ctx, engine, surface, &deg, 1, tolerance, &r));
+  assert_ok(ctx, hetab_reflectance_dh(ctx, engine, surface, &p->theta_i, 1, tolerance, &r));
   hetab_surface_free(surface);
   return r;
 }
@@ -140,13 +139,13 @@ static hetab_surface *diffuse_surface(hetab_context *ctx) {
 /* An index of 1 reflects nothing: what is left is Lambert's. */
 static void test_lambertian(void **state) {
   enum { BANDS = 31, COUNT = 3 };
-  static const double deg[COUNT] = {0, 45, 89.9};
+  static const double theta_i[COUNT] = {0, DEG(45), DEG(89.9)};
   hetab_context *ctx = *state;
   hetab_engine *engine = series_engine(ctx, HETAB_FLOAT);
   hetab_surface *surface = diffuse_surface(ctx);
   hetab_reflectance dh[BANDS * COUNT], hh[BANDS];
   hetab_reflectance_colour colour[COUNT], polished[COUNT];
-  assert_ok(ctx, hetab_reflectance_dh(ctx, engine, surface, deg, COUNT, 0, dh));
+  assert_ok(ctx, hetab_reflectance_dh(ctx, engine, surface, theta_i, COUNT, 0, dh));
   assert_ok(ctx, hetab_reflectance_hh(ctx, engine, surface, 0, hh));
   assert_ok(ctx, hetab_reflectance_rgb(ctx, surface, dh, COUNT, colour, polished));
   for (int i = 0; i < BANDS * COUNT; i++)
@@ -210,13 +209,13 @@ static void test_white_sky(void **state) {
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     hetab_point p = point_of(cases[i][0], cases[i][1], 0);
     hetab_surface *surface = new_surface(ctx, &p);
-    double deg[INTERVALS + 1], sum = 0;
+    double theta_i[INTERVALS + 1], sum = 0;
     hetab_reflectance dh[INTERVALS + 1], hh;
     for (int j = 0; j <= INTERVALS; j++)
-      deg[j] = 90.0 * j / INTERVALS;
-    assert_ok(ctx, hetab_reflectance_dh(ctx, engine, surface, deg, INTERVALS + 1, 0, dh));
+      theta_i[j] = DEG(90.0 * j / INTERVALS);
+    assert_ok(ctx, hetab_reflectance_dh(ctx, engine, surface, theta_i, INTERVALS + 1, 0, dh));
     for (int j = 0; j <= INTERVALS; j++)
-      sum += (j == 0 || j == INTERVALS ? 1 : j % 2 ? 4 : 2) * dh[j].dh * sin(deg[j] * M_PI / 90);
+      sum += (j == 0 || j == INTERVALS ? 1 : j % 2 ? 4 : 2) * dh[j].dh * sin(2 * theta_i[j]);
     sum *= M_PI_2 / INTERVALS / 3;
     assert_ok(ctx, hetab_reflectance_hh(ctx, engine, surface, 0, &hh));
     assert_below("white sky", relative_error(hh.dh, sum), TOL_REFLECTANCE_SKY);
@@ -347,16 +346,18 @@ static void test_honesty(void **state) {
 /* Batched integrals are those made one by one; wavelengths an octave apart share nothing. */
 static void test_batches(void **state) {
   enum { BANDS = 4, COUNT = 5 };
-  static const double lambda[BANDS] = {0.4, 0.79, 0.9, 4}, deg[COUNT] = {0, 20, 60, 89, 90};
+  static const double lambda[BANDS] = {0.4, 0.79, 0.9, 4},
+                      theta_i[COUNT] = {0, DEG(20), DEG(60), DEG(89), DEG(90)};
   hetab_context *ctx = *state;
   hetab_engine *engine = series_engine(ctx, HETAB_DOUBLE);
   hetab_surface *surface;
   hetab_reflectance all[BANDS * COUNT];
   assert_ok(ctx, hetab_surface_create(ctx, 0.2, 4, 0.958, 6.69, lambda, BANDS, &surface));
-  assert_ok(ctx, hetab_reflectance_dh(ctx, engine, surface, deg, COUNT, 0, all));
+  assert_ok(ctx, hetab_reflectance_dh(ctx, engine, surface, theta_i, COUNT, 0, all));
   for (int b = 0; b < BANDS; b++)
     for (int a = 0; a < COUNT; a++) {
-      hetab_point p = point_of(0.2, 4, deg[a]);
+      hetab_point p = point_of(0.2, 4, 0);
+      p.theta_i = theta_i[a];
       p.lambda_um = lambda[b];
       hetab_reflectance one = reflectance_at(ctx, engine, &p, 0), *r = &all[b * COUNT + a];
       assert_true(fabs(one.dd.value - r->dd.value) <= one.dd.error + r->dd.error);
@@ -380,13 +381,13 @@ static void test_speed(void **state) {
   hetab_engine *reference = series_engine(ctx, HETAB_DOUBLE);
   hetab_surface *surface;
   static hetab_reflectance out[BANDS * COUNT];
-  double deg[COUNT], best = HUGE_VAL, product = 0, worst = 0, worst_product = 0;
+  double theta_i[COUNT], best = HUGE_VAL, product = 0, worst = 0, worst_product = 0;
   for (int i = 0; i < COUNT; i++)
-    deg[i] = i;
+    theta_i[i] = DEG(i);
   assert_ok(ctx, hetab_surface_preset(ctx, "NGGAL", &surface));
   for (int run = 0; run < RUNS; run++) {
     double start = seconds();
-    assert_ok(ctx, hetab_reflectance_dh(ctx, engine, surface, deg, COUNT, 0, out));
+    assert_ok(ctx, hetab_reflectance_dh(ctx, engine, surface, theta_i, COUNT, 0, out));
     best = fmin(best, seconds() - start);
   }
   const hetab_band *band = &hetab_surface_bands(surface)[15];
@@ -417,9 +418,9 @@ static void test_speed(void **state) {
 /* ---- bad input ------------------------------------------------------------------------------ */
 
 static void test_bad_input(void **state) {
-  static const double bad_deg[] = {91, -1, NAN, INFINITY};
+  static const double bad_theta_i[] = {DEG(91), -1, NAN, INFINITY};
   static const double bad_tolerance[] = {-1, 1, NAN};
-  const char *const angle[] = {"theta_i", "[0, 90]", NULL}, *const tolerance[] = {"1e-5", NULL};
+  const char *const angle[] = {"theta_i", "[0, pi/2]", NULL}, *const tolerance[] = {"1e-5", NULL};
   const char *const literal[] = {"literal", NULL}, *const colour[] = {"400 to 700 nm", NULL};
   hetab_context *ctx = *state;
   hetab_engine *engine = series_engine(ctx, HETAB_FLOAT);
@@ -427,18 +428,18 @@ static void test_bad_input(void **state) {
   hetab_surface *surface = new_surface(ctx, &aluminium);
   hetab_reflectance r = {.dh = 7};
   hetab_reflectance_colour c = {.error = 7};
-  double deg = 30;
-  for (size_t i = 0; i < sizeof bad_deg / sizeof *bad_deg; i++)
-    assert_fails(ctx, hetab_reflectance_dh(ctx, engine, surface, &bad_deg[i], 1, 0, &r),
+  double theta_i = DEG(30);
+  for (size_t i = 0; i < sizeof bad_theta_i / sizeof *bad_theta_i; i++)
+    assert_fails(ctx, hetab_reflectance_dh(ctx, engine, surface, &bad_theta_i[i], 1, 0, &r),
                  HETAB_ERR_ARGUMENT, angle);
   for (size_t i = 0; i < sizeof bad_tolerance / sizeof *bad_tolerance; i++) {
-    assert_fails(ctx, hetab_reflectance_dh(ctx, engine, surface, &deg, 1, bad_tolerance[i], &r),
+    assert_fails(ctx, hetab_reflectance_dh(ctx, engine, surface, &theta_i, 1, bad_tolerance[i], &r),
                  HETAB_ERR_ARGUMENT, tolerance);
     assert_fails(ctx, hetab_reflectance_hh(ctx, engine, surface, bad_tolerance[i], &r),
                  HETAB_ERR_ARGUMENT, tolerance);
   }
-  assert_fails(ctx, hetab_reflectance_dh(ctx, host, surface, &deg, 1, 0, &r), HETAB_ERR_UNSUPPORTED,
-               literal);
+  assert_fails(ctx, hetab_reflectance_dh(ctx, host, surface, &theta_i, 1, 0, &r),
+               HETAB_ERR_UNSUPPORTED, literal);
   assert_fails(ctx, hetab_reflectance_rgb(ctx, surface, &r, 1, &c, NULL), HETAB_ERR_RANGE, colour);
   assert_true(r.dh == 7 && c.error == 7);
   hetab_surface_free(surface);
@@ -469,10 +470,10 @@ static void test_cancelled(void **state) {
   hetab_engine *engine = series_engine(ctx, HETAB_FLOAT);
   hetab_surface *surface = new_surface(ctx, &aluminium);
   hetab_reflectance r = {.dh = 7};
-  double deg = 30;
+  double theta_i = DEG(30);
   hetab_set_progress(ctx, stop_at_once, NULL);
-  assert_fails(ctx, hetab_reflectance_dh(ctx, engine, surface, &deg, 1, 0, &r), HETAB_ERR_CANCELLED,
-               stopped);
+  assert_fails(ctx, hetab_reflectance_dh(ctx, engine, surface, &theta_i, 1, 0, &r),
+               HETAB_ERR_CANCELLED, stopped);
   assert_true(r.dh == 7);
   hetab_surface_free(surface);
   hetab_engine_free(engine);

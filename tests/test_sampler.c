@@ -1,5 +1,6 @@
 /* The exact sampler: its densities against what it draws, its weights against the reference's
  * hemispherical reflectances. */
+#include "degrees.h"
 #include "golden_support.h"
 
 #include <pthread.h>
@@ -18,7 +19,7 @@ static const struct {
 } surfaces[] = {{"BBQAL1", 0.72, 5.6},  {"BBQAL2", 0.54, 6.5}, {"GGAL120", 0.86, 5.6},
                 {"GGAL240", 0.61, 4.7}, {"NGGAL", 0.13, 5.4},  {"needle", 0.05, 60},
                 {"subwave", 0.05, 0.3}, {"slope 1", 1, 1}};
-static const double incidences[] = {0, 30, 60, 80, 85, 89};
+static const double incidences[] = {0, DEG(30), DEG(60), DEG(80), DEG(85), DEG(89)};
 enum {
   SURFACES = sizeof surfaces / sizeof *surfaces,
   INCIDENCES = sizeof incidences / sizeof *incidences,
@@ -300,9 +301,8 @@ static void test_chi_square(void **state) {
     print_message("  %-8s p:", surfaces[s].name);
     for (int a = 0; a < INCIDENCES; a++) {
       double kept, total;
-      double p =
-          chi_square(sampler, incidences[a] * M_PI / 180, 1000 + 10 * (uint64_t)a, &kept, &total);
-      print_message(" %.3f (%.0f deg, %.3f kept)", p, incidences[a], kept);
+      double p = chi_square(sampler, incidences[a], 1000 + 10 * (uint64_t)a, &kept, &total);
+      print_message(" %.3f (%.0f deg, %.3f kept)", p, hetab_degrees(incidences[a]), kept);
       failed += !(p > bound);
       least = fmin(least, p);
       double deviation = sqrt(total * fabs(1 - total) / SAMPLES);
@@ -378,7 +378,7 @@ static void test_mean_weight(void **state) {
     hetab_reflectance rho[INCIDENCES];
     assert_ok(ctx, hetab_reflectance_dh(ctx, engine, surface, incidences, INCIDENCES, 0, rho));
     for (int a = 0; a < INCIDENCES; a++) {
-      double theta_i = incidences[a] * M_PI / 180;
+      double theta_i = incidences[a];
       run r = run_all(sampler, theta_i, COUNT, (uint64_t)(100 * s + a), NULL);
       check_mean(surfaces[s].name, theta_i, &r, rho[a].dd.value, &worst);
     }
@@ -407,12 +407,12 @@ static void test_bands(void **state) {
   size_t bands = hetab_surface_band_count(surface);
   assert_ok(ctx, hetab_model_sampler_create(ctx, surface, bands / 2, &sampler));
   assert_int_equal(hetab_model_sampler_band_count(sampler), bands);
-  const double deg = 50;
+  const double theta_i = DEG(50);
   hetab_reflectance rho[MOST_BANDS];
-  assert_ok(ctx, hetab_reflectance_dh(ctx, engine, surface, &deg, 1, 0, rho));
+  assert_ok(ctx, hetab_reflectance_dh(ctx, engine, surface, &theta_i, 1, 0, rho));
   double sum[MOST_BANDS] = {0}, sum2[MOST_BANDS] = {0}, weight[MOST_BANDS], wi[3], wo[3], worst = 0;
   uint64_t seed = 5;
-  direction(deg * M_PI / 180, 0, wi);
+  direction(theta_i, 0, wi);
   for (int i = 0; i < COUNT; i++) {
     double u[3] = {uniform(&seed, 0, 1), uniform(&seed, 0, 1), uniform(&seed, 0, 1)};
     hetab_model_sampler_sample(sampler, wi, u, wo, weight);

@@ -113,7 +113,7 @@ typedef struct hetab_against {
 enum { HETAB_AUDIT_VIEWS = 4, HETAB_AUDIT_LOBE = 361, HETAB_AUDIT_MAP = 64 };
 
 typedef struct hetab_audit_view {
-  double theta_i_deg;
+  double theta_i;
   double lobe[HETAB_AUDIT_LOBE];  /* at theta_r = -90 to 90 by 0.5 deg, > 0 on the mirror side */
   double model[HETAB_AUDIT_LOBE]; /* the reference's; NaN: none */
   float map[HETAB_AUDIT_MAP][HETAB_AUDIT_MAP]; /* [row][column], the mirror side to the right */
@@ -130,7 +130,7 @@ typedef struct hetab_audit {
   size_t check_count;
   size_t channel_count, theta_count;
   double *lambda_um;       /* [channel]; NULL: red, green, blue */
-  double *theta_i_deg;     /* [theta] */
+  double *theta_i;         /* [theta], radians */
   hetab_energy *energy;    /* [channel][theta] */
   hetab_band_audit *bands; /* [channel], surfaces */
   hetab_cells cells;

@@ -9,7 +9,7 @@
  * over all pairs of directions and wavelengths used: E is relative, 0.02 being 2 %. dOmega is the
  * solid angle that a measurement stands for: at each incidence, rings about the normal with borders
  * half way between the measured theta_r, shared equally among a ring's measurements. f = f_dd +
- * f_ud of the model: the specular delta is not in it (see exclude_mirror_deg).
+ * f_ud of the model: the specular delta is not in it (see exclude_mirror).
  *
  * Method. At given roughness and index the diffuse part is the only linear unknown: its best value
  * within its bounds and the constraint is found exactly (variable projection), so that at most
@@ -91,11 +91,11 @@ typedef struct hetab_fit_options {
    * degrees of one named; each named one has to be there. */
   const double *lambda_um;
   size_t lambda_count;
-  const double *theta_i_deg;
+  const double *theta_i;
   size_t theta_i_count;
-  int plane;                 /* the incidence plane alone: phi within 0.5 degrees of 0 or 180 */
-  double exclude_mirror_deg; /* leave out views this near the mirror direction, degrees */
-  size_t max_points;         /* pairs used at most, evenly out of all; 0: 100000 */
+  int plane;             /* the incidence plane alone: phi within 0.5 degrees of 0 or 180 */
+  double exclude_mirror; /* leave out views this near the mirror direction */
+  size_t max_points;     /* pairs used at most, evenly out of all; 0: 100000 */
 
   hetab_fit_weights weights;
   hetab_fit_constraint constraint;
@@ -144,7 +144,7 @@ typedef struct hetab_fit_estimate {
 
 /* One incidence, or 5 degrees of them where there are more than 40. */
 typedef struct hetab_fit_incidence {
-  double theta_i_deg;
+  double theta_i;
   size_t values; /* pairs times wavelengths used */
   double error;  /* E of these alone */
   double rms;    /* unweighted, 1/sr */

@@ -27,8 +27,9 @@ hetab_status hetab_grid_set_values(hetab_context *ctx, hetab_grid *grid, hetab_a
                                    const double *deg, size_t count);
 
 size_t hetab_grid_count(const hetab_grid *grid, hetab_axis axis);
-const double *hetab_grid_deg(const hetab_grid *grid, hetab_axis axis); /* [count] */
-const char *hetab_axis_name(hetab_axis axis);                          /* "theta_i" */
+const double *hetab_grid_deg(const hetab_grid *grid, hetab_axis axis);     /* [count] */
+const double *hetab_grid_radians(const hetab_grid *grid, hetab_axis axis); /* [count], the same */
+const char *hetab_axis_name(hetab_axis axis);                              /* "theta_i" */
 
 #ifdef __cplusplus
 }

@@ -15,10 +15,10 @@ extern "C" {
 hetab_status hetab_evaluate_literal(hetab_context *ctx, const hetab_point *points, size_t count,
                                     hetab_value *values);
 
-/* rho_s(theta_i, lambda), Eq. 10: out[band_count][count], theta_i_deg[count], double, on the host.
+/* rho_s(theta_i, lambda), Eq. 10: out[band_count][count], theta_i[count], double, on the host.
  */
 hetab_status hetab_specular_reflectance(hetab_context *ctx, const hetab_surface *surface,
-                                        const double *theta_i_deg, size_t count, double *out);
+                                        const double *theta_i, size_t count, double *out);
 
 #ifdef __cplusplus
 }

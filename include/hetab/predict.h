@@ -52,33 +52,33 @@ hetab_status hetab_envelope(hetab_context *ctx, hetab_engine *engine, const heta
 
 typedef struct hetab_predict_options {
   hetab_roughness_bounds bounds; /* the surface's own values have to lie within */
-  const double *theta_i_deg;     /* [theta_i_count], 0 <= theta_i < 90 */
+  const double *theta_i;         /* [theta_i_count], 0 <= theta_i < pi/2 */
   size_t theta_i_count;
   const double *lambda_um; /* [lambda_count]; NULL: those of the surface */
   size_t lambda_count;
-  double step_deg; /* of theta_r; 0: 0.5 */
+  double step; /* of theta_r; 0: half a degree */
 
   /* NULL: none. Used: those within 0.1 degrees of a theta_i and 0.1 nm of a wavelength. */
   const hetab_measurements *measurements;
-  double accuracy;           /* relative, of the measured values: widens the bounds, 0 to 1 */
-  double exclude_mirror_deg; /* leave out views this near the mirror direction */
+  double accuracy;       /* relative, of the measured values: widens the bounds, 0 to 1 */
+  double exclude_mirror; /* leave out views this near the mirror direction */
 } hetab_predict_options;
 
 typedef struct hetab_prediction_curve {
-  double lambda_um, theta_i_deg;
+  double lambda_um, theta_i;
   const hetab_bounds *f; /* [theta_r_count], 1/sr */
   hetab_bounds specular; /* rho_s */
-  double peak_deg;       /* theta_r of the nominal curve's maximum */
+  double peak;           /* theta_r of the nominal curve's maximum */
 } hetab_prediction_curve;
 
 typedef struct hetab_predicted_point {
   size_t curve; /* of the same incidence and wavelength */
   hetab_directions directions;
-  int in_plane;     /* phi within 0.5 degrees of 0 or 180 */
-  double plane_deg; /* theta_r signed as in theta_r_deg; in the plane only */
-  double measured;  /* 1/sr */
-  hetab_bounds f;   /* without the accuracy */
-  int side;         /* -1: below the bounds by more than 1e-9 / sr, 0: within, 1: above by more */
+  int in_plane;         /* phi within 0.5 degrees of 0 or 180 */
+  double plane_theta_r; /* signed as in theta_r; in the plane only */
+  double measured;      /* 1/sr */
+  hetab_bounds f;       /* without the accuracy */
+  int side; /* -1: below the bounds by more than 1e-9 / sr, 0: within, 1: above by more */
 } hetab_predicted_point;
 
 /* How the measured points lie. */
@@ -89,8 +89,8 @@ typedef struct hetab_prediction_count {
 
 typedef struct hetab_prediction {
   hetab_roughness_bounds bounds; /* in force: low = high where there is no interval */
-  double *theta_r_deg; /* [theta_r_count], in the plane: > 0 is the mirror side (phi 180), < 0 the
-                        * light's (phi 0) */
+  double *theta_r; /* [theta_r_count], in the plane: > 0 is the mirror side (phi 180), < 0 the
+                    * light's (phi 0) */
   size_t theta_r_count;
   hetab_prediction_curve *curves; /* [wavelength][theta_i] */
   size_t curve_count;

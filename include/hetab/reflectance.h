@@ -39,7 +39,7 @@ typedef struct hetab_reflectance {
   double fresnel;    /* of the polished material: the report's upper bound */
 } hetab_reflectance;
 
-/* out[band][theta_i] for theta_i_deg[count] in [0, 90] and every wavelength of the surface.
+/* out[band][theta_i] for theta_i[count] in [0, pi/2] and every wavelength of the surface.
  * tolerance: relative, of dd; 0: 1e-5 float, 1e-9 double. Below the rounding of the arithmetic
  * (1e-6 float, 2e-11 double) it cannot be met: HETAB_STOP_ROUNDOFF. Runs on the engine's first
  * device; the literal method has none (HETAB_ERR_UNSUPPORTED).
@@ -52,8 +52,8 @@ typedef struct hetab_reflectance {
  * Edge: at exactly 90 degrees dd and specular are 0. Slopes sigma0 / tau above 1 converge slowly
  * beyond 88 degrees, where double may end with HETAB_STOP_BUDGET. */
 hetab_status hetab_reflectance_dh(hetab_context *ctx, hetab_engine *engine,
-                                  const hetab_surface *surface, const double *theta_i_deg,
-                                  size_t count, double tolerance, hetab_reflectance *out);
+                                  const hetab_surface *surface, const double *theta_i, size_t count,
+                                  double tolerance, hetab_reflectance *out);
 
 /* Hemispherical-hemispherical (white-sky) reflectance, out[band]: 2 * integral of rho_dh
  * cos(theta) sin(theta) dtheta. The parts stand as in hetab_reflectance. tolerance: relative, of dd

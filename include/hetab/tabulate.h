@@ -40,9 +40,9 @@ typedef enum hetab_merl_colour {
 typedef struct hetab_merl_options {
   hetab_merl_sampling sampling;
   hetab_merl_colour colour;
-  double band_um[3];        /* MONO: the first; BANDS: R, G, B */
-  double specular_cone_deg; /* > 0: fold the specular delta in as a lobe that wide (theta_h) */
-  size_t samples;           /* cells compared with the literal reference; 0: none */
+  double band_um[3];    /* MONO: the first; BANDS: R, G, B */
+  double specular_cone; /* > 0: fold the specular delta in as a lobe that wide (theta_h) */
+  size_t samples;       /* cells compared with the literal reference; 0: none */
   unsigned seed;
 } hetab_merl_options;
 

@@ -39,11 +39,11 @@ typedef enum hetab_view_what {
 
 typedef struct hetab_view_options {
   hetab_view_what what;
-  const double *theta_i_deg; /* [theta_i_count], ascending, in [0, 90); NULL: 0, 30, 60, 80 */
-  size_t theta_i_count;      /* at most HETAB_VIEW_MOST_THETA_I */
-  double wavelength_um;      /* one wavelength, the same in R, G and B; 0: linear sRGB */
-  size_t width;              /* of the page in pixels, 640 to 8192; 0: 1280 */
-  double exposure;           /* of the sphere on the page, in stops */
+  const double *theta_i; /* [theta_i_count], ascending, in [0, pi/2); NULL: 0, 30, 60, 80 degrees */
+  size_t theta_i_count;  /* at most HETAB_VIEW_MOST_THETA_I */
+  double wavelength_um;  /* one wavelength, the same in R, G and B; 0: linear sRGB */
+  size_t width;          /* of the page in pixels, 640 to 8192; 0: 1280 */
+  double exposure;       /* of the sphere on the page, in stops */
 } hetab_view_options;
 
 typedef struct hetab_view hetab_view;
@@ -62,9 +62,10 @@ void hetab_view_free(hetab_view *view); /* NULL is fine */
 const float *hetab_view_sphere(const hetab_view *view, size_t *side);
 /* rgb[side][side][3], top row first: BRDF in 1/sr, of theta_i number i; 0 outside the disc. */
 const float *hetab_view_map(const hetab_view *view, size_t i, size_t *side);
-/* rgb[count][3] at theta_r_deg[count], BRDF in 1/sr. */
-const float *hetab_view_lobe(const hetab_view *view, size_t i, size_t *count,
-                             const float **theta_r_deg);
+/* rgb[count][3], BRDF in 1/sr, of theta_i number i; NULL without lobes. */
+const float *hetab_view_lobe(const hetab_view *view, size_t i, size_t *count);
+/* Where: theta_r[count], ascending, negative on the light's side. */
+void hetab_view_lobe_theta_r(const hetab_view *view, size_t i, float *theta_r);
 
 /* The page, 8-bit sRGB. Whole or not at all. */
 hetab_status hetab_view_save_png(hetab_context *ctx, const hetab_view *view, const char *path,

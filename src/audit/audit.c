@@ -38,9 +38,9 @@ hetab_status hetab_audit_size(hetab_context *ctx, hetab_audit *audit, size_t cha
                               size_t incidences) {
   audit->channel_count = channels;
   audit->theta_count = incidences;
-  audit->theta_i_deg = hetab_alloc(ctx, incidences, sizeof *audit->theta_i_deg);
+  audit->theta_i = hetab_alloc(ctx, incidences, sizeof *audit->theta_i);
   audit->energy = hetab_alloc(ctx, channels * incidences, sizeof *audit->energy);
-  if (!audit->theta_i_deg || !audit->energy)
+  if (!audit->theta_i || !audit->energy)
     return HETAB_ERR_MEMORY;
   for (size_t i = 0; i < channels * incidences; i++)
     audit->energy[i] = (hetab_energy){.fresnel = NAN, .model = NAN};
@@ -49,7 +49,7 @@ hetab_status hetab_audit_size(hetab_context *ctx, hetab_audit *audit, size_t cha
 
 void hetab_audit_whole_degrees(hetab_audit *audit) {
   for (size_t i = 0; i < audit->theta_count; i++)
-    audit->theta_i_deg[i] = (double)i;
+    audit->theta_i[i] = hetab_radians((double)i);
 }
 
 void hetab_audit_free(hetab_audit *audit) {
@@ -57,7 +57,7 @@ void hetab_audit_free(hetab_audit *audit) {
     return;
   free(audit->name);
   free(audit->lambda_um);
-  free(audit->theta_i_deg);
+  free(audit->theta_i);
   free(audit->energy);
   free(audit->bands);
   free(audit->against);
@@ -144,8 +144,8 @@ static void broken_range(const hetab_audit *audit, int over_fresnel, double allo
       const hetab_energy *energy = hetab_audit_energy(audit, c, t);
       if (!(energy->dh - (over_fresnel ? energy->fresnel : 1) > energy->error + allowed))
         continue;
-      first = isnan(first) ? audit->theta_i_deg[t] : first;
-      last = audit->theta_i_deg[t];
+      first = isnan(first) ? hetab_degrees(audit->theta_i[t]) : first;
+      last = hetab_degrees(audit->theta_i[t]);
     }
   snprintf(text, size, first == last ? ", at %.4g deg" : ", within %.4g to %.4g deg", first, last);
 }
@@ -163,7 +163,7 @@ static void check_bound(hetab_audit *audit, const char *name, int over_fresnel,
       audit, name, e.count ? broken : HETAB_PASS, at->dh, at->dh - e.worst + allowed,
       "rho_dh %.6g of %s %.6g at theta_i %.4g deg, %s", at->dh,
       over_fresnel ? "the polished material's" : "at most", at->dh - e.worst,
-      audit->theta_i_deg[e.theta], hetab_audit_channel(audit, e.channel, channel));
+      hetab_degrees(audit->theta_i[e.theta]), hetab_audit_channel(audit, e.channel, channel));
   check->error = e.error;
   size_t used = strlen(check->detail);
   if (e.count)

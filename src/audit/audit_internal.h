@@ -5,6 +5,7 @@
 #include <hetab/audit.h>
 #include <hetab/reflectance.h>
 
+#include "core/angle.h"
 #include "core/context.h"
 
 enum { HETAB_AUDIT_INCIDENCES = 90 }; /* 0, 1 ... 89 degrees */
@@ -12,7 +13,7 @@ enum { HETAB_AUDIT_INCIDENCES = 90 }; /* 0, 1 ... 89 degrees */
 /* Options with the defaults filled in. */
 hetab_audit_options hetab_audit_defaults(const hetab_audit_options *options);
 
-/* An empty audit of that many channels and incidences; lambda_um and theta_i_deg zeroed. */
+/* An empty audit of that many channels and incidences; lambda_um and theta_i zeroed. */
 hetab_status hetab_audit_new(hetab_context *ctx, hetab_audit_kind kind, const char *name,
                              hetab_audit **out);
 hetab_status hetab_audit_size(hetab_context *ctx, hetab_audit *audit, size_t channels,

@@ -36,8 +36,8 @@ static hetab_status describe(job *j) {
   const hetab_grid *grid = hetab_h5_grid(j->file);
   size_t bands = hetab_h5_wavelength_count(j->file);
   HETAB_TRY(hetab_audit_size(j->ctx, audit, bands, hetab_grid_count(grid, HETAB_THETA_I)));
-  memcpy(audit->theta_i_deg, hetab_grid_deg(grid, HETAB_THETA_I),
-         audit->theta_count * sizeof *audit->theta_i_deg);
+  memcpy(audit->theta_i, hetab_grid_radians(grid, HETAB_THETA_I),
+         audit->theta_count * sizeof *audit->theta_i);
   audit->lambda_um = hetab_alloc(j->ctx, bands, sizeof *audit->lambda_um);
   j->specular = hetab_alloc(j->ctx, bands * audit->theta_count, sizeof *j->specular);
   if (!audit->lambda_um || !j->specular)
@@ -102,9 +102,10 @@ static double good_specular(job *j, size_t wavelength, size_t theta) {
   cells->negative += value < 0 && isfinite(value);
   char *where = isfinite(value) ? j->survey.negative : j->survey.finite, channel[24];
   if (!*where)
-    snprintf(
-        where, HETAB_DENSE_WHERE, "; first in specular_reflectance at theta_i %.6g deg, %s: %g",
-        j->audit->theta_i_deg[theta], hetab_audit_channel(j->audit, wavelength, channel), value);
+    snprintf(where, HETAB_DENSE_WHERE,
+             "; first in specular_reflectance at theta_i %.6g deg, %s: %g",
+             hetab_degrees(j->audit->theta_i[theta]),
+             hetab_audit_channel(j->audit, wavelength, channel), value);
   return 0;
 }
 

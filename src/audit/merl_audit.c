@@ -36,8 +36,7 @@ static hetab_status fill_energy(hetab_context *ctx, const reader *r, const hetab
   double total = o->against && !o->no_reference ? 2 * cells : cells;
   for (size_t t = 0; t < audit->theta_count; t++) {
     double rho[CHANNELS], error[CHANNELS];
-    hetab_merl_energy(r->merl, r->lookup, audit->theta_i_deg[t] * M_PI / 180, o->tolerance, rho,
-                      error);
+    hetab_merl_energy(r->merl, r->lookup, audit->theta_i[t], o->tolerance, rho, error);
     for (size_t c = 0; c < CHANNELS; c++) {
       hetab_energy *e = hetab_audit_energy(audit, c, t);
       e->dh = e->dd = rho[c];

@@ -133,11 +133,11 @@ static double mix(const hetab_model *model, size_t channel, const hetab_reflecta
 
 /* What an incidence stands for in the white-sky integral: half way to its neighbours. */
 static double white_sky_weight(const hetab_audit *audit, size_t theta) {
-  const double *deg = audit->theta_i_deg;
+  const double *theta_i = audit->theta_i;
   size_t last = audit->theta_count - 1;
-  double low = theta ? (deg[theta - 1] + deg[theta]) / 2 : 0;
-  double high = theta < last ? (deg[theta] + deg[theta + 1]) / 2 : 90;
-  double a = sin(low * M_PI / 180), b = sin(high * M_PI / 180);
+  double low = theta ? (theta_i[theta - 1] + theta_i[theta]) / 2.0 : 0.0;
+  double high = theta < last ? (theta_i[theta] + theta_i[theta + 1]) / 2.0 : M_PI_2;
+  double a = sin(low), b = sin(high);
   return b * b - a * a;
 }
 
@@ -160,7 +160,7 @@ hetab_status hetab_model_energy(hetab_context *ctx, hetab_engine *engine, const 
     goto done;
   HETAB_GOTO(hetab_model_surface(ctx, model, 0, model->band_count, &surface));
   HETAB_GOTO(
-      hetab_reflectance_dh(ctx, engine, surface, audit->theta_i_deg, audit->theta_count, 0, rho));
+      hetab_reflectance_dh(ctx, engine, surface, audit->theta_i, audit->theta_count, 0, rho));
   mix_all(model, rho, audit, specular);
 done:
   hetab_surface_free(surface);

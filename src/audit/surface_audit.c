@@ -17,9 +17,9 @@ static hetab_status fill_energy(hetab_context *ctx, hetab_engine *engine,
                                 const hetab_surface *surface, hetab_audit *audit) {
   size_t count = audit->channel_count * audit->theta_count;
   hetab_reflectance *rho = hetab_alloc(ctx, count, sizeof *rho);
-  hetab_status status = rho ? hetab_reflectance_dh(ctx, engine, surface, audit->theta_i_deg,
-                                                   audit->theta_count, 0, rho)
-                            : HETAB_ERR_MEMORY;
+  hetab_status status =
+      rho ? hetab_reflectance_dh(ctx, engine, surface, audit->theta_i, audit->theta_count, 0, rho)
+          : HETAB_ERR_MEMORY;
   for (size_t i = 0; i < count && status == HETAB_OK; i++)
     audit->energy[i] = (hetab_energy){.dh = rho[i].dh,
                                       .error = rho[i].dd.error + closed_form_error,
@@ -116,7 +116,7 @@ static void check_grazing(hetab_audit *audit, double allowed) {
   hetab_check *check = hetab_audit_add(
       audit, "grazing", excess > error + allowed ? HETAB_WARN : HETAB_PASS, excess, allowed,
       "at %.4g deg rho_dh is %+.3g to %+.3g %% off the polished material's",
-      audit->theta_i_deg[last], 100 * audit->bands[least].grazing, 100 * excess);
+      hetab_degrees(audit->theta_i[last]), 100 * audit->bands[least].grazing, 100 * excess);
   check->error = error;
 }
 

@@ -32,8 +32,8 @@ static double specular_share(const hetab_audit *audit, const double *specular) {
     for (size_t t = 0; t < audit->theta_count; t++) {
       const hetab_energy *e = hetab_audit_energy(audit, c, t);
       double next =
-          t + 1 < audit->theta_count ? (audit->theta_i_deg[t] + audit->theta_i_deg[t + 1]) / 2 : 90;
-      double s = sin(next * M_PI / 180);
+          t + 1 < audit->theta_count ? (audit->theta_i[t] + audit->theta_i[t + 1]) / 2.0 : M_PI_2;
+      double s = sin(next);
       white += (s * s - before) * (audit->against->specular_apart ? e->specular : e->dd - e->model);
       before = s * s;
     }

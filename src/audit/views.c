@@ -5,7 +5,7 @@
 
 #include <hetab/evaluate.h>
 
-static const double view_theta_deg[HETAB_AUDIT_VIEWS] = {0, 30, 60, 80};
+static const double VIEW_THETA_DEG[HETAB_AUDIT_VIEWS] = {0, 30, 60, 80};
 
 enum { LOBES = HETAB_AUDIT_VIEWS * HETAB_AUDIT_LOBE };
 
@@ -43,7 +43,7 @@ static hetab_status make_views(hetab_context *ctx, hetab_audit *audit) {
   if (!audit->views)
     return HETAB_ERR_MEMORY;
   for (int v = 0; v < HETAB_AUDIT_VIEWS; v++) {
-    audit->views[v].theta_i_deg = view_theta_deg[v];
+    audit->views[v].theta_i = hetab_radians(VIEW_THETA_DEG[v]);
     for (int i = 0; i < HETAB_AUDIT_LOBE; i++)
       audit->views[v].model[i] = NAN;
   }
@@ -56,7 +56,7 @@ hetab_status hetab_views_of_table(hetab_context *ctx, hetab_audit *audit,
   HETAB_TRY(make_views(ctx, audit));
   for (int v = 0; v < HETAB_AUDIT_VIEWS; v++) {
     hetab_audit_view *view = &audit->views[v];
-    double theta_i = view->theta_i_deg * M_PI / 180;
+    double theta_i = view->theta_i;
     for (int i = 0; i < HETAB_AUDIT_LOBE; i++) {
       lobe_direction(i, &theta_r, &phi);
       view->lobe[i] = lookup(user, theta_i, theta_r, phi);
@@ -74,7 +74,7 @@ hetab_status hetab_views_of_table(hetab_context *ctx, hetab_audit *audit,
 
 static hetab_point point_of(double sigma0_um, double tau_um, const hetab_band *band, int view) {
   return (hetab_point){.lambda_um = band->lambda_um,
-                       .theta_i = view_theta_deg[view] * M_PI / 180,
+                       .theta_i = hetab_radians(VIEW_THETA_DEG[view]),
                        .sigma0_um = sigma0_um,
                        .tau_um = tau_um,
                        .n = band->n,

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/angle.h"
 #include "audit_command.h"
 #include "svg.h"
 
@@ -54,8 +55,9 @@ static void energy_key(FILE *out, const hetab_audit *a) {
 
 static void plot_energy(FILE *out, const hetab_audit *a) {
   char stroke[48], name[24], line[96];
-  double top = fmin(largest_energy(a) * 1.05, 3), law[2] = {1, 1}, ends[2] = {0, 90};
-  svg_plot p = {out, {"theta_i, degrees", 0, 90, 15, 0}, {"rho_dh", 0, top, svg_step(top), 0}};
+  double top = fmin(largest_energy(a) * 1.05, 3), law[2] = {1, 1}, ends[2] = {0, M_PI_2};
+  svg_plot p = {
+      out, {"theta_i, degrees", 0, 90, 15, SVG_DEGREES}, {"rho_dh", 0, top, svg_step(top), 0}};
   svg_begin(&p, "Directional-hemispherical reflectance against incidence");
   for (size_t c = 0; c < a->channel_count; c++) {
     const hetab_energy *e = &a->energy[c * a->theta_count];
@@ -63,10 +65,10 @@ static void plot_energy(FILE *out, const hetab_audit *a) {
     channel_name(a, c, name);
     channel_colour(a, c, stroke);
     snprintf(line, sizeof line, "%s;stroke-dasharray:5 4;opacity:.55;stroke-width:1", stroke);
-    svg_line(&p, a->theta_i_deg, &e->fresnel, a->theta_count, stride, line, "polished material");
+    svg_line(&p, a->theta_i, &e->fresnel, a->theta_count, stride, line, "polished material");
     snprintf(line, sizeof line, "%s;stroke-dasharray:1 3", stroke);
-    svg_line(&p, a->theta_i_deg, &e->model, a->theta_count, stride, line, "model");
-    svg_line(&p, a->theta_i_deg, &e->dh, a->theta_count, stride, stroke,
+    svg_line(&p, a->theta_i, &e->model, a->theta_count, stride, line, "model");
+    svg_line(&p, a->theta_i, &e->dh, a->theta_count, stride, stroke,
              a->lambda_um ? name : channel_names[c % 3]);
   }
   svg_line(&p, ends, law, 2, 1, "stroke:var(--law);stroke-width:1.2", "the law: 1");
@@ -75,10 +77,10 @@ static void plot_energy(FILE *out, const hetab_audit *a) {
 
 _Static_assert(sizeof(hetab_energy) % sizeof(double) == 0, "read with a stride of doubles");
 
-static size_t nearest_incidence(const hetab_audit *a, double deg) {
+static size_t nearest_incidence(const hetab_audit *a, double theta_i) {
   size_t best = 0;
   for (size_t t = 1; t < a->theta_count; t++)
-    if (fabs(a->theta_i_deg[t] - deg) < fabs(a->theta_i_deg[best] - deg))
+    if (fabs(a->theta_i[t] - theta_i) < fabs(a->theta_i[best] - theta_i))
       best = t;
   return best;
 }
@@ -101,10 +103,10 @@ static void plot_spectrum(FILE *out, const hetab_audit *a) {
                 {"rho_dh", 0, top, svg_step(top), 0}};
   svg_begin(&p, "Spectrum at 0\u00b0, 30\u00b0, 60\u00b0, 80\u00b0 incidence (dashed: polished)");
   for (int i = 0; nm && i < HETAB_AUDIT_VIEWS; i++) {
-    size_t t = nearest_incidence(a, incidences[i]);
+    size_t t = nearest_incidence(a, hetab_radians(incidences[i]));
     const hetab_energy *e = &a->energy[t];
     size_t stride = a->theta_count * sizeof *e / sizeof(double);
-    snprintf(title, sizeof title, "theta_i %.4g deg", a->theta_i_deg[t]);
+    snprintf(title, sizeof title, "theta_i %.4g deg", hetab_degrees(a->theta_i[t]));
     snprintf(line, sizeof line, "%s;stroke-dasharray:5 4;opacity:.6", view_strokes[i]);
     svg_line(&p, nm, &e->fresnel, a->channel_count, stride, line, "polished material");
     svg_line(&p, nm, &e->dh, a->channel_count, stride, view_strokes[i], title);
@@ -139,7 +141,7 @@ static void plot_cartesian(FILE *out, const hetab_audit *a, int log_scale) {
   svg_begin(&p, log_scale ? "Lobes in the plane of incidence, logarithmic"
                           : "Lobes in the plane of incidence, linear");
   for (int v = 0; v < HETAB_AUDIT_VIEWS; v++) {
-    snprintf(title, sizeof title, "theta_i %g deg", a->views[v].theta_i_deg);
+    snprintf(title, sizeof title, "theta_i %g deg", hetab_degrees(a->views[v].theta_i));
     snprintf(dashed, sizeof dashed, "%s;stroke-dasharray:2 3;opacity:.8", view_strokes[v]);
     svg_line(&p, deg, a->views[v].model, HETAB_AUDIT_LOBE, 1, dashed, "model");
     svg_line(&p, deg, a->views[v].lobe, HETAB_AUDIT_LOBE, 1, view_strokes[v], title);
@@ -166,7 +168,7 @@ static void plot_polar(FILE *out, const hetab_audit *a, int log_scale) {
     double radius[HETAB_AUDIT_LOBE], peak = peak_of(&a->views[v]);
     for (int i = 0; i < HETAB_AUDIT_LOBE; i++)
       radius[i] = polar_radius(a->views[v].lobe[i], peak, log_scale);
-    snprintf(title, sizeof title, "theta_i %g deg", a->views[v].theta_i_deg);
+    snprintf(title, sizeof title, "theta_i %g deg", hetab_degrees(a->views[v].theta_i));
     svg_polar_line(out, radius, HETAB_AUDIT_LOBE, view_strokes[v], title);
   }
   svg_polar_end(out);
@@ -176,7 +178,7 @@ static void view_key(FILE *out, const hetab_audit *a) {
   char text[48], name[24];
   fputs("<div class=\"key\">", out);
   for (int v = 0; v < HETAB_AUDIT_VIEWS; v++) {
-    snprintf(text, sizeof text, "theta_i %g\u00b0", a->views[v].theta_i_deg);
+    snprintf(text, sizeof text, "theta_i %g\u00b0", hetab_degrees(a->views[v].theta_i));
     svg_key(out, view_strokes[v], text);
   }
   fprintf(out, "<span>at %s%s</span></div>", channel_name(a, a->view_channel, name),
@@ -197,7 +199,8 @@ static void plot_hemisphere(FILE *out, const hetab_audit_view *view) {
     double at = 1 + log10(fmax((double)values[i], 1e-300) / peak) / DECADES;
     levels[i] = isfinite(values[i]) ? (unsigned char)(1 + fmax(0, at) * (SVG_LEVELS - 2)) : 0;
   }
-  snprintf(caption, sizeof caption, "theta_i %g\u00b0, peak %.3g / sr", view->theta_i_deg, peak);
+  snprintf(caption, sizeof caption, "theta_i %g\u00b0, peak %.3g / sr",
+           hetab_degrees(view->theta_i), peak);
   svg_map(out, levels, HETAB_AUDIT_MAP, HETAB_AUDIT_MAP, caption, "across the plane",
           "light side \u2190 \u2192 mirror side");
 }

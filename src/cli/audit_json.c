@@ -1,6 +1,7 @@
 /* Audits as JSON. Keys are an interface: add, never rename. */
 #include <math.h>
 
+#include "core/angle.h"
 #include "audit_command.h"
 #include "output.h"
 
@@ -64,10 +65,10 @@ static json_t *channels_json(const hetab_audit *a) {
   return list;
 }
 
-static json_t *numbers_json(const double *values, size_t count) {
+static json_t *degrees_json(const double *radians, size_t count) {
   json_t *list = json_array();
   for (size_t i = 0; i < count; i++)
-    json_array_append_new(list, json_real(values[i]));
+    json_array_append_new(list, json_real(hetab_degrees(radians[i])));
   return list;
 }
 
@@ -122,8 +123,8 @@ static json_t *result_json(const audit_result *result) {
   json_t *object = json_pack(
       "{so ss ss so so so so so so so so}", "input", cli_json_text(result->input), "kind",
       hetab_audit_kind_name(a->kind), "verdict", hetab_verdict_name(hetab_audit_verdict(a)),
-      "checks", checks_json(a), "theta_i_deg", numbers_json(a->theta_i_deg, a->theta_count),
-      "channels", channels_json(a), "cells", cells_json(&a->cells), "reciprocity",
+      "checks", checks_json(a), "theta_i_deg", degrees_json(a->theta_i, a->theta_count), "channels",
+      channels_json(a), "cells", cells_json(&a->cells), "reciprocity",
       symmetry_json(&a->reciprocity), "isotropy", symmetry_json(&a->isotropy), "bilateral",
       symmetry_json(&a->bilateral), "against", against_json(a->against));
   if (a->kind == HETAB_AUDIT_H5)

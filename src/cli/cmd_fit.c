@@ -53,7 +53,7 @@ static hetab_status choose(fit_job *job) {
   if (status == HETAB_OK)
     status = hetab_grid_set_axis(job->ctx, job->grid, HETAB_THETA_I, r->theta_i);
   if (status == HETAB_OK) {
-    job->options.theta_i_deg = hetab_grid_deg(job->grid, HETAB_THETA_I);
+    job->options.theta_i = hetab_grid_radians(job->grid, HETAB_THETA_I);
     job->options.theta_i_count = hetab_grid_count(job->grid, HETAB_THETA_I);
   }
   return status;

@@ -4,13 +4,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/angle.h"
 #include "cli.h"
 #include "options.h"
 #include "core/atomic_file.h"
 #include "output.h"
 #include "predict_command.h"
 
-static const double preferred_um = 0.55, degree = M_PI / 180;
+static const double preferred_um = 0.55;
 
 typedef struct request {
   const char *surface, *theta_i, *wavelengths, *sigma0, *tau, *measurements;
@@ -25,8 +26,8 @@ typedef struct job {
   hetab_engine *engine;
   hetab_surface *surface;
   hetab_measurements *measurements;
-  hetab_grid *grid;    /* of the incidences, where an option names them */
-  double *theta_i_deg; /* else those of the measurements */
+  hetab_grid *grid; /* of the incidences, where an option names them */
+  double *theta_i;  /* else those of the measurements */
   double *lambda_um;
   hetab_predict_options options;
   hetab_prediction *prediction;
@@ -83,16 +84,17 @@ static int by_size(const void *left, const void *right) {
 static hetab_status measured_incidences(job *j) {
   size_t count = hetab_measurements_pair_count(j->measurements), kept = 0;
   const hetab_directions *pairs = hetab_measurements_pairs(j->measurements);
-  double *deg = j->theta_i_deg = calloc(count + 1, sizeof *deg);
-  if (!deg)
+  double *theta_i = j->theta_i = calloc(count + 1, sizeof *theta_i);
+  if (!theta_i)
     return HETAB_ERR_MEMORY;
   for (size_t i = 0; i < count; i++)
-    deg[i] = pairs[i].theta_i / degree;
-  qsort(deg, count, sizeof *deg, by_size);
+    theta_i[i] = pairs[i].theta_i;
+  qsort(theta_i, count, sizeof *theta_i, by_size);
   for (size_t i = 0; i < count; i++)
-    if (kept == 0 || deg[i] > deg[kept - 1] + 0.1)
-      deg[kept++] = round(1000 * deg[i]) / 1000; /* 50.00002 is 0.872665 in six digits */
-  j->options.theta_i_deg = deg;
+    if (kept == 0 || theta_i[i] > theta_i[kept - 1] + hetab_radians(0.1)) /* 50.00002 degrees is */
+      theta_i[kept++] =
+          hetab_radians(round(1000.0 * hetab_degrees(theta_i[i])) / 1000.0); /* 0.872665 */
+  j->options.theta_i = theta_i;
   j->options.theta_i_count = kept;
   return HETAB_OK;
 }
@@ -106,7 +108,7 @@ static hetab_status find_incidences(job *j) {
     status = hetab_grid_set_axis(j->ctx, j->grid, HETAB_THETA_I, spec ? spec : "15,30,45,60,75");
   if (status != HETAB_OK)
     return status;
-  j->options.theta_i_deg = hetab_grid_deg(j->grid, HETAB_THETA_I);
+  j->options.theta_i = hetab_grid_radians(j->grid, HETAB_THETA_I);
   j->options.theta_i_count = hetab_grid_count(j->grid, HETAB_THETA_I);
   return HETAB_OK;
 }
@@ -165,7 +167,7 @@ static void print_interval(const char *name, double value, hetab_interval interv
 
 static const hetab_bounds *peak_of(const hetab_prediction *p, const hetab_prediction_curve *curve) {
   size_t i = 0;
-  while (p->theta_r_deg[i] < curve->peak_deg)
+  while (p->theta_r[i] < curve->peak)
     i++;
   return &curve->f[i];
 }
@@ -200,7 +202,7 @@ static void print_text(const job *j) {
     const hetab_prediction_curve *c = &p->curves[i];
     const hetab_bounds *peak = peak_of(p, c);
     printf("%6.5g %8.4g %8.4g %10.4g %10.4g %10.4g %10.3g %10.3g %10.3g\n", 1000 * c->lambda_um,
-           c->theta_i_deg, c->peak_deg, peak->nominal, peak->low, peak->high,
+           hetab_degrees(c->theta_i), hetab_degrees(c->peak), peak->nominal, peak->low, peak->high,
            predict_shown(c->specular.nominal), predict_shown(c->specular.low),
            predict_shown(c->specular.high));
   }
@@ -222,18 +224,18 @@ static void write_csv(FILE *out, const hetab_prediction *p) {
   for (size_t i = 0; i < p->curve_count; i++)
     for (size_t k = 0; k < p->theta_r_count; k++) {
       const hetab_prediction_curve *c = &p->curves[i];
-      double theta_r_deg = p->theta_r_deg[k];
-      fprintf(out, "%.9g,%.9g,%.9g,%d,%.9g,%.9g,%.9g,%.3g,,\n", 1000 * c->lambda_um, c->theta_i_deg,
-              fabs(theta_r_deg), theta_r_deg > 0 ? 180 : 0, c->f[k].nominal, c->f[k].low,
-              c->f[k].high, c->f[k].error);
+      double theta_r_deg = hetab_degrees(p->theta_r[k]);
+      fprintf(out, "%.9g,%.9g,%.9g,%d,%.9g,%.9g,%.9g,%.3g,,\n", 1000 * c->lambda_um,
+              hetab_degrees(c->theta_i), fabs(theta_r_deg), theta_r_deg > 0 ? 180 : 0,
+              c->f[k].nominal, c->f[k].low, c->f[k].high, c->f[k].error);
     }
   for (size_t i = 0; i < p->point_count; i++) {
     const hetab_predicted_point *point = &p->points[i];
     const hetab_directions *d = &point->directions;
     fprintf(out, "%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.3g,%.9g,%d\n",
-            1000 * p->curves[point->curve].lambda_um, d->theta_i / degree, d->theta_r / degree,
-            d->phi / degree, point->f.nominal, point->f.low, point->f.high, point->f.error,
-            point->measured, point->side);
+            1000 * p->curves[point->curve].lambda_um, hetab_degrees(d->theta_i),
+            hetab_degrees(d->theta_r), hetab_degrees(d->phi), point->f.nominal, point->f.low,
+            point->f.high, point->f.error, point->measured, point->side);
   }
 }
 
@@ -251,10 +253,17 @@ static json_t *array_json(const double *values, size_t count, size_t stride) {
   return array;
 }
 
+static json_t *degrees_json(const double *radians, size_t count) {
+  json_t *array = json_array();
+  for (size_t i = 0; i < count; i++)
+    json_array_append_new(array, json_real(hetab_degrees(radians[i])));
+  return array;
+}
+
 static json_t *curve_json(const hetab_prediction *p, const hetab_prediction_curve *c) {
   enum { STRIDE = sizeof(hetab_bounds) / sizeof(double) };
   return json_pack("{sf sf sf so so so so}", "wavelength_nm", 1000 * c->lambda_um, "theta_i_deg",
-                   c->theta_i_deg, "peak_theta_r_deg", c->peak_deg, "f",
+                   hetab_degrees(c->theta_i), "peak_theta_r_deg", hetab_degrees(c->peak), "f",
                    array_json(&c->f->nominal, p->theta_r_count, STRIDE), "low",
                    array_json(&c->f->low, p->theta_r_count, STRIDE), "high",
                    array_json(&c->f->high, p->theta_r_count, STRIDE), "rho_s",
@@ -273,10 +282,10 @@ static json_t *count_json(const hetab_prediction_count *count) {
 static json_t *point_json(const hetab_prediction *p, const hetab_predicted_point *point) {
   const hetab_directions *d = &point->directions;
   return json_pack("{sf sf sf sf sf sf sf sf si}", "wavelength_nm",
-                   1000 * p->curves[point->curve].lambda_um, "theta_i_deg", d->theta_i / degree,
-                   "theta_r_deg", d->theta_r / degree, "phi_deg", d->phi / degree, "measured",
-                   point->measured, "f", point->f.nominal, "low", point->f.low, "high",
-                   point->f.high, "side", point->side);
+                   1000 * p->curves[point->curve].lambda_um, "theta_i_deg",
+                   hetab_degrees(d->theta_i), "theta_r_deg", hetab_degrees(d->theta_r), "phi_deg",
+                   hetab_degrees(d->phi), "measured", point->measured, "f", point->f.nominal, "low",
+                   point->f.low, "high", point->f.high, "side", point->side);
 }
 
 static json_t *measured_json(const job *j) {
@@ -306,7 +315,7 @@ static int print_json(const job *j) {
       "version", hetab_version(), "sigma0_um",
       bounds_json(hetab_surface_sigma0_um(j->surface), b.sigma0_um.low, b.sigma0_um.high), "tau_um",
       bounds_json(hetab_surface_tau_um(j->surface), b.tau_um.low, b.tau_um.high), "error", p->error,
-      "theta_r_deg", array_json(p->theta_r_deg, p->theta_r_count, 1), "curves", curves, "measured",
+      "theta_r_deg", degrees_json(p->theta_r, p->theta_r_count), "curves", curves, "measured",
       measured_json(j)));
 }
 
@@ -366,9 +375,9 @@ static int run_request(const request *r, const hetab_roughness_bounds *bounds) {
   job j = {.request = r,
            .ctx = cli_context(),
            .options = {.bounds = *bounds,
-                       .step_deg = r->step_deg,
+                       .step = hetab_radians(r->step_deg),
                        .accuracy = r->accuracy,
-                       .exclude_mirror_deg = r->exclude_mirror_deg}};
+                       .exclude_mirror = hetab_radians(r->exclude_mirror_deg)}};
   if (!j.ctx)
     return CLI_FAILURE;
   int status = predict(&j);
@@ -377,7 +386,7 @@ static int run_request(const request *r, const hetab_roughness_bounds *bounds) {
   hetab_engine_free(j.engine);
   hetab_grid_free(j.grid);
   hetab_surface_free(j.surface);
-  free(j.theta_i_deg);
+  free(j.theta_i);
   free(j.lambda_um);
   hetab_context_free(j.ctx);
   return status;

@@ -64,8 +64,9 @@ static hetab_status integrate(reflectance_job *job) {
   const request *r = job->request;
   return r->white_sky
              ? hetab_reflectance_hh(job->ctx, job->engine, job->surface, r->tolerance, job->values)
-             : hetab_reflectance_dh(job->ctx, job->engine, job->surface, job->theta_i_deg,
-                                    job->count, r->tolerance, job->values);
+             : hetab_reflectance_dh(job->ctx, job->engine, job->surface,
+                                    hetab_grid_radians(job->grid, HETAB_THETA_I), job->count,
+                                    r->tolerance, job->values);
 }
 
 static int compute(reflectance_job *job) {

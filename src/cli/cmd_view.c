@@ -82,7 +82,7 @@ static hetab_status take_theta_i(view_job *job) {
     status = hetab_grid_set_axis(job->ctx, job->grid, HETAB_THETA_I, job->request->theta_i);
   if (status != HETAB_OK)
     return status;
-  job->options.theta_i_deg = hetab_grid_deg(job->grid, HETAB_THETA_I);
+  job->options.theta_i = hetab_grid_radians(job->grid, HETAB_THETA_I);
   job->options.theta_i_count = hetab_grid_count(job->grid, HETAB_THETA_I);
   return HETAB_OK;
 }

@@ -4,13 +4,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/angle.h"
 #include "audit_command.h"
 #include "fit_command.h"
 #include "svg.h"
 
 enum { MOST_VIEWS = 3, MOST_INCIDENCES = 9, DECADES = 4, SIDE = 61 };
 
-static const double degree = M_PI / 180;
 static const char *const strokes[MOST_VIEWS] = {"stroke:var(--c0)", "stroke:var(--c2)",
                                                 "stroke:var(--c1)"};
 
@@ -26,9 +26,9 @@ typedef struct page {
   const fit_report *report;
   view views[MOST_VIEWS];
   size_t view_count;
-  double theta_i_deg[MOST_INCIDENCES];
+  double theta_i[MOST_INCIDENCES];
   size_t incidence_count;
-  double tolerance_deg; /* of an incidence */
+  double tolerance; /* of an incidence */
 } page;
 
 /* ---- what is shown ------------------------------------------------------------------------- */
@@ -68,14 +68,14 @@ static void choose_incidences(page *p) {
   p->incidence_count = count < MOST_INCIDENCES ? count : MOST_INCIDENCES;
   for (size_t i = 0; i < p->incidence_count; i++) {
     size_t place = p->incidence_count < 2 ? 0 : i * (count - 1) / (p->incidence_count - 1);
-    p->theta_i_deg[i] = fit->incidences[place].theta_i_deg;
+    p->theta_i[i] = fit->incidences[place].theta_i;
   }
 }
 
-static double from_incidence(const hetab_fit *fit, double theta_i_deg) {
-  double least = 90;
+static double from_incidence(const hetab_fit *fit, double theta_i) {
+  double least = M_PI_2;
   for (size_t i = 0; i < fit->incidence_count; i++)
-    least = fmin(least, fabs(fit->incidences[i].theta_i_deg - theta_i_deg));
+    least = fmin(least, fabs(fit->incidences[i].theta_i - theta_i));
   return least;
 }
 
@@ -83,14 +83,14 @@ static double from_incidence(const hetab_fit *fit, double theta_i_deg) {
 static void find_tolerance(page *p) {
   const hetab_fit *fit = p->report->fits[0];
   const hetab_directions *pairs = hetab_measurements_pairs(p->report->measurements);
-  p->tolerance_deg = 0.1;
+  p->tolerance = hetab_radians(0.1);
   for (size_t i = 0; i < hetab_measurements_pair_count(p->report->measurements); i++)
-    if (fit->used[i * fit->bands] && from_incidence(fit, pairs[i].theta_i / degree) > 0.1)
-      p->tolerance_deg = 2.5;
+    if (fit->used[i * fit->bands] && from_incidence(fit, pairs[i].theta_i) > hetab_radians(0.1))
+      p->tolerance = hetab_radians(2.5);
 }
 
-static int is_at(const page *p, const hetab_directions *pair, double theta_i_deg) {
-  return fabs(pair->theta_i / degree - theta_i_deg) <= p->tolerance_deg;
+static int is_at(const page *p, const hetab_directions *pair, double theta_i) {
+  return fabs(pair->theta_i - theta_i) <= p->tolerance;
 }
 
 /* By the printed equations: a few thousand values, and no device. */
@@ -98,11 +98,11 @@ static hetab_status draw_curves(hetab_context *ctx, hetab_engine *engine, page *
   for (size_t i = 0; i < p->view_count; i++) {
     view *v = &p->views[i];
     double lambda_um = view_um(v);
-    hetab_predict_options options = {.theta_i_deg = p->theta_i_deg,
+    hetab_predict_options options = {.theta_i = p->theta_i,
                                      .theta_i_count = p->incidence_count,
                                      .lambda_um = &lambda_um,
                                      .lambda_count = 1,
-                                     .step_deg = 1};
+                                     .step = hetab_radians(1.0)};
     hetab_status status = HETAB_OK;
     if (v->fit->surface && p->incidence_count)
       status = hetab_predict(ctx, engine, v->fit->surface, &options, &v->curves);
@@ -125,18 +125,17 @@ static double model_at(const view *v, size_t pair) {
 /* ---- the plane of incidence ---------------------------------------------------------------- */
 
 /* theta_r with the sign of the mirror's side, NaN outside the plane. */
-static double plane_deg(const hetab_directions *pair) {
-  double phi_deg = pair->phi / degree, theta_r_deg = pair->theta_r / degree;
-  if (phi_deg >= 179.5)
-    return theta_r_deg;
-  return phi_deg <= 0.5 || theta_r_deg == 0 ? -theta_r_deg : (double)NAN;
+static double plane_theta_r(const hetab_directions *pair) {
+  if (pair->phi >= hetab_radians(179.5))
+    return pair->theta_r;
+  return pair->phi <= hetab_radians(0.5) || pair->theta_r == 0.0 ? -pair->theta_r : (double)NAN;
 }
 
 static double top_of(const page *p, const view *v, size_t incidence) {
   const hetab_directions *pairs = hetab_measurements_pairs(p->report->measurements);
   double top = 0;
   for (size_t i = 0; i < hetab_measurements_pair_count(p->report->measurements); i++)
-    if (is_at(p, &pairs[i], p->theta_i_deg[incidence]) && isfinite(plane_deg(&pairs[i])))
+    if (is_at(p, &pairs[i], p->theta_i[incidence]) && isfinite(plane_theta_r(&pairs[i])))
       top = fmax(top, measured_at(p, v, i));
   for (size_t k = 0; v->curves && k < v->curves->theta_r_count; k++)
     top = fmax(top, v->curves->curves[incidence].f[k].nominal);
@@ -147,12 +146,12 @@ static void draw_points(const svg_plot *plot, const page *p, const view *v, size
   const hetab_directions *pairs = hetab_measurements_pairs(p->report->measurements);
   char title[80];
   for (size_t i = 0; i < hetab_measurements_pair_count(p->report->measurements); i++) {
-    if (!is_at(p, &pairs[i], p->theta_i_deg[incidence]))
+    if (!is_at(p, &pairs[i], p->theta_i[incidence]))
       continue;
     int used = v->fit->used[i * v->fit->bands + v->band];
     snprintf(title, sizeof title, "measured %.4g, fit %.4g%s", measured_at(p, v, i), model_at(v, i),
              used ? "" : ", not used");
-    svg_point(plot, plane_deg(&pairs[i]), measured_at(p, v, i), 3,
+    svg_point(plot, plane_theta_r(&pairs[i]), measured_at(p, v, i), 3,
               used ? "fill:var(--fg)" : "fill:var(--card);stroke:var(--fg)", title);
   }
 }
@@ -162,14 +161,14 @@ static void plot_plane(const page *p, const view *v, size_t incidence, int log_s
   double top = top_of(p, v, incidence), end = log_scale ? pow(10, ceil(log10(top))) : top;
   char caption[96];
   svg_plot plot = {p->out,
-                   {"theta_r, degrees (light from the left)", -90, 90, 30, 0},
+                   {"theta_r, degrees (light from the left)", -90, 90, 30, SVG_DEGREES},
                    {"BRDF, 1/sr", log_scale ? end * pow(10, -DECADES) : 0,
                     log_scale ? end : 1.05 * end, log_scale ? 1 : svg_step(end), log_scale}};
-  snprintf(caption, sizeof caption, "theta_i %.4g\u00b0, %s", p->theta_i_deg[incidence],
+  snprintf(caption, sizeof caption, "theta_i %.4g\u00b0, %s", hetab_degrees(p->theta_i[incidence]),
            log_scale ? "logarithmic" : "linear");
   svg_begin(&plot, caption);
   if (v->curves)
-    svg_line(&plot, v->curves->theta_r_deg, &v->curves->curves[incidence].f->nominal,
+    svg_line(&plot, v->curves->theta_r, &v->curves->curves[incidence].f->nominal,
              v->curves->theta_r_count, STRIDE, "stroke:var(--c1)", "fit");
   draw_points(&plot, p, v, incidence);
   svg_end(&plot);
@@ -179,12 +178,12 @@ static void plot_plane(const page *p, const view *v, size_t incidence, int log_s
 
 /* The measured pair of an incidence whose view is nearest to direction cosines (x towards the
  * mirror's side, y across); (size_t)-1 if none is nearer than the usual distance of neighbours. */
-static size_t nearest_pair(const page *p, const view *v, double theta_i_deg, double x, double y) {
+static size_t nearest_pair(const page *p, const view *v, double theta_i, double x, double y) {
   const hetab_directions *pairs = hetab_measurements_pairs(p->report->measurements);
   double least = 0.2 * 0.2;
   size_t best = (size_t)-1;
   for (size_t i = 0; i < hetab_measurements_pair_count(p->report->measurements); i++) {
-    if (!is_at(p, &pairs[i], theta_i_deg) || isnan(measured_at(p, v, i)))
+    if (!is_at(p, &pairs[i], theta_i) || isnan(measured_at(p, v, i)))
       continue;
     double dx = x + sin(pairs[i].theta_r) * cos(pairs[i].phi);
     double dy = fabs(y) - sin(pairs[i].theta_r) * sin(pairs[i].phi);
@@ -199,7 +198,7 @@ static size_t nearest_pair(const page *p, const view *v, double theta_i_deg, dou
 enum { NOT_KNOWN = -1, NO_DIRECTION = -2 };
 
 /* The pair that colours each pixel of a disc. */
-static void find_pairs(const page *p, const view *v, double theta_i_deg, long pairs[SIDE * SIDE]) {
+static void find_pairs(const page *p, const view *v, double theta_i, long pairs[SIDE * SIDE]) {
   for (int row = 0; row < SIDE; row++)
     for (int column = 0; column < SIDE; column++) {
       double x = (2 * column + 1.0) / SIDE - 1, y = 1 - (2 * row + 1.0) / SIDE;
@@ -207,19 +206,19 @@ static void find_pairs(const page *p, const view *v, double theta_i_deg, long pa
       *pair = NO_DIRECTION;
       if (x * x + y * y > 1)
         continue;
-      size_t nearest = nearest_pair(p, v, theta_i_deg, x, y);
+      size_t nearest = nearest_pair(p, v, theta_i, x, y);
       *pair = nearest == (size_t)-1 ? NOT_KNOWN : (long)nearest;
     }
 }
 
 /* The measured values of an incidence, DECADES below the largest at least. */
-static void find_range(const page *p, const view *v, double theta_i_deg, double range[2]) {
+static void find_range(const page *p, const view *v, double theta_i, double range[2]) {
   const hetab_directions *pairs = hetab_measurements_pairs(p->report->measurements);
   range[0] = INFINITY;
   range[1] = 0;
   for (size_t i = 0; i < hetab_measurements_pair_count(p->report->measurements); i++) {
     double value = measured_at(p, v, i);
-    if (!is_at(p, &pairs[i], theta_i_deg) || !(value > 0))
+    if (!is_at(p, &pairs[i], theta_i) || !(value > 0))
       continue;
     range[0] = fmin(range[0], value);
     range[1] = fmax(range[1], value);
@@ -233,7 +232,7 @@ static unsigned char level_of(double value, const double range[2]) {
 }
 
 static void plot_disc(const page *p, const view *v, const long *pairs, const double range[2],
-                      int fitted, double theta_i_deg) {
+                      int fitted, double theta_i) {
   unsigned char levels[SIDE * SIDE];
   char caption[96];
   for (int i = 0; i < SIDE * SIDE; i++) {
@@ -243,7 +242,7 @@ static void plot_disc(const page *p, const view *v, const long *pairs, const dou
                     ? 0
                     : level_of(fitted ? model_at(v, pair) : measured_at(p, v, pair), range);
   }
-  snprintf(caption, sizeof caption, "%.4g\u00b0 %s, %.2g to %.2g / sr", theta_i_deg,
+  snprintf(caption, sizeof caption, "%.4g\u00b0 %s, %.2g to %.2g / sr", hetab_degrees(theta_i),
            fitted ? "fit" : "measured", range[0], range[1]);
   svg_disc(p->out, levels, SIDE, caption);
 }
@@ -251,7 +250,7 @@ static void plot_disc(const page *p, const view *v, const long *pairs, const dou
 static int is_hemisphere(const page *p) {
   const hetab_directions *pairs = hetab_measurements_pairs(p->report->measurements);
   for (size_t i = 0; i < hetab_measurements_pair_count(p->report->measurements); i++)
-    if (isnan(plane_deg(&pairs[i])))
+    if (isnan(plane_theta_r(&pairs[i])))
       return 1;
   return 0;
 }
@@ -267,12 +266,12 @@ static void plot_hemispheres(const page *p, const view *v) {
   svg_scale(p->out, "lowest", "highest");
   fputs("<div class=\"maps\">", p->out);
   for (size_t i = 0; i < p->incidence_count; i++) {
-    find_range(p, v, p->theta_i_deg[i], range);
+    find_range(p, v, p->theta_i[i], range);
     if (!(range[1] > range[0]))
       continue;
-    find_pairs(p, v, p->theta_i_deg[i], pairs);
+    find_pairs(p, v, p->theta_i[i], pairs);
     for (int fitted = 0; fitted < 2; fitted++)
-      plot_disc(p, v, pairs, range, fitted, p->theta_i_deg[i]);
+      plot_disc(p, v, pairs, range, fitted, p->theta_i[i]);
   }
   fputs("</div>\n", p->out);
 }
@@ -306,18 +305,20 @@ static void plot_errors(const page *p) {
     for (size_t i = 0; i < p->views[k].fit->incidence_count; i++)
       top = fmax(top, 100 * p->views[k].fit->incidences[i].error);
   top = top > 0 ? top : 1;
-  svg_plot plot = {
-      p->out, {"theta_i, degrees", 0, 90, 15, 0}, {"E, %", 0, 1.05 * top, svg_step(top), 0}};
+  svg_plot plot = {p->out,
+                   {"theta_i, degrees", 0, 90, 15, SVG_DEGREES},
+                   {"E, %", 0, 1.05 * top, svg_step(top), 0}};
   svg_begin(&plot, "Residual by incidence");
   for (size_t k = 0; k < fits_shown(p); k++) {
     const hetab_fit *fit = p->views[k].fit;
     for (size_t i = 0; i < fit->incidence_count; i++) {
       const hetab_fit_incidence *in = &fit->incidences[i];
       double error = 100 * in->error;
-      snprintf(title, sizeof title, "theta_i %.4g deg: E %.3g %%", in->theta_i_deg, error);
-      svg_point(&plot, in->theta_i_deg, error, 3, "fill:var(--fg)", title);
+      snprintf(title, sizeof title, "theta_i %.4g deg: E %.3g %%", hetab_degrees(in->theta_i),
+               error);
+      svg_point(&plot, in->theta_i, error, 3, "fill:var(--fg)", title);
       if (i > 0) {
-        double x[2] = {in[-1].theta_i_deg, in->theta_i_deg}, y[2] = {100 * in[-1].error, error};
+        double x[2] = {in[-1].theta_i, in->theta_i}, y[2] = {100 * in[-1].error, error};
         svg_line(&plot, x, y, 2, 1, strokes[k], title);
       }
     }
@@ -372,8 +373,8 @@ static void write_incidences(const page *p, const hetab_fit *fit) {
     fprintf(p->out,
             "<tr><td>%.4g\u00b0</td><td>%zu</td><td>%.3g %%</td><td>%.3g</td><td>%+.2g</td>"
             "<td>%.5f</td><td>%.5f</td><td>%.2e</td><td>%.3g</td></tr>",
-            in->theta_i_deg, in->values, 100 * in->error, in->rms, in->bias, in->rho_dh, in->bound,
-            in->margin, fmax(in->room, 0));
+            hetab_degrees(in->theta_i), in->values, 100 * in->error, in->rms, in->bias, in->rho_dh,
+            in->bound, in->margin, fmax(in->room, 0));
   }
   fputs("</table></div>\n", p->out);
 }

@@ -1,6 +1,7 @@
 /* Fits as JSON. */
 #include <math.h>
 
+#include "core/angle.h"
 #include "fit_command.h"
 #include "output.h"
 
@@ -33,8 +34,8 @@ static json_t *incidence_json(const hetab_fit_incidence *i) {
                 {"polished_margin", i->polished_margin},
                 {"room", i->room},
                 {"excess", i->excess}};
-  json_t *incidence =
-      json_pack("{sf sI}", "theta_i_deg", i->theta_i_deg, "values", (json_int_t)i->values);
+  json_t *incidence = json_pack("{sf sI}", "theta_i_deg", hetab_degrees(i->theta_i), "values",
+                                (json_int_t)i->values);
   for (size_t f = 0; f < sizeof fields / sizeof *fields; f++)
     json_object_set_new(incidence, fields[f].name, number(fields[f].value));
   return incidence;

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/angle.h"
 #include "fit_request.h"
 #include "core/atomic_file.h"
 #include "output.h"
@@ -121,7 +122,7 @@ static cli_option *data_options(cli_option *next, fit_request *r) {
       {CLI_NUMBER, "exclude-mirror", 0, "DEG",
        "leave out views this near the mirror direction, where instruments see the specular delta "
        "(0)",
-       &o->exclude_mirror_deg, 0, 180},
+       &r->exclude_mirror_deg, 0, 180},
       {CLI_COUNT, "max-points", 0, "N", "pairs of directions used at most, evenly (100000)",
        &o->max_points, 10, 1e7},
   };
@@ -189,5 +190,7 @@ int fit_parse(const cli_command *self, int argc, char **argv, fit_request *r, in
   next = data_options(next, r);
   next = search_options(next, r);
   output_options(next, r);
-  return cli_parse_options(self, options, argc, argv, first);
+  int status = cli_parse_options(self, options, argc, argv, first);
+  r->options.exclude_mirror = hetab_radians(r->exclude_mirror_deg);
+  return status;
 }

@@ -10,6 +10,7 @@ typedef struct fit_request {
   const char *surface, *csv, *points, *html, *device;
   cli_list bounds;
   int weights, constraint, precision, per_wavelength, force, quiet, json;
+  double exclude_mirror_deg;
   size_t seed;
   hetab_fit_options options;
 } fit_request;

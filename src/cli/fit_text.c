@@ -2,14 +2,11 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "core/angle.h"
 #include "fit_command.h"
 #include "options.h"
 
 static const char *const units[HETAB_FIT_QUANTITIES] = {"", "um", "um", "", ""};
-
-static double degrees(double radians) {
-  return radians * 180 / M_PI;
-}
 
 /* ---- one fit ------------------------------------------------------------------------------- */
 
@@ -65,9 +62,9 @@ static void print_incidences(const hetab_fit *fit) {
          "bias /sr", "rho_dh", "bound", "margin", "a fits");
   for (size_t i = 0; i < fit->incidence_count; i++) {
     const hetab_fit_incidence *in = &fit->incidences[i];
-    printf("  %9.4g %7zu %9.3g %10.3g %10.2g %9.5f %9.5f %10.2e %9.4g\n", in->theta_i_deg,
-           in->values, 100 * in->error, in->rms, in->bias, in->rho_dh, in->bound, in->margin,
-           fmax(in->room, 0));
+    printf("  %9.4g %7zu %9.3g %10.3g %10.2g %9.5f %9.5f %10.2e %9.4g\n",
+           hetab_degrees(in->theta_i), in->values, 100 * in->error, in->rms, in->bias, in->rho_dh,
+           in->bound, in->margin, fmax(in->room, 0));
   }
 }
 
@@ -183,8 +180,8 @@ static void print_point(FILE *stream, const fit_report *report, const hetab_fit 
   const hetab_directions *p = &hetab_measurements_pairs(m)[i];
   double measured =
       hetab_measurements_values(m)[i * hetab_measurements_wavelength_count(m) + fit->band_of[b]];
-  fprintf(stream, "%.10g,%.8g,%.8g,%.8g", 1e3 * fit->lambda_um[b], degrees(p->theta_i),
-          degrees(p->theta_r), degrees(p->phi));
+  fprintf(stream, "%.10g,%.8g,%.8g,%.8g", 1e3 * fit->lambda_um[b], hetab_degrees(p->theta_i),
+          hetab_degrees(p->theta_r), hetab_degrees(p->phi));
   print_number(stream, measured);
   print_number(stream, fit->model[i * fit->bands + b]);
   fprintf(stream, ",%d\n", fit->used[i * fit->bands + b]);

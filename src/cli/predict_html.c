@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "core/angle.h"
 #include "audit_command.h"
 #include "predict_command.h"
 #include "svg.h"
@@ -34,7 +35,7 @@ static svg_plot plot_to(FILE *out, double top, int log_scale) {
   if (log_scale)
     end = pow(10, ceil(log10(end)));
   return (svg_plot){out,
-                    {"theta_r, degrees (light from the left)", -90, 90, 30, 0},
+                    {"theta_r, degrees (light from the left)", -90, 90, 30, SVG_DEGREES},
                     {"BRDF, 1/sr", log_scale ? end * pow(10, -DECADES) : 0,
                      log_scale ? end : 1.05 * end, log_scale ? 1 : svg_step(end), log_scale}};
 }
@@ -44,13 +45,13 @@ static void draw_curve(const svg_plot *plot, const predict_report *r, size_t ind
   const hetab_prediction *p = r->prediction;
   const hetab_prediction_curve *curve = &p->curves[index];
   char style[48], title[64];
-  snprintf(title, sizeof title, "theta_i %.4g deg, %.6g nm", curve->theta_i_deg,
+  snprintf(title, sizeof title, "theta_i %.4g deg, %.6g nm", hetab_degrees(curve->theta_i),
            1000 * curve->lambda_um);
   colour_of(r, index % r->theta_i_count, "fill", style);
-  svg_band(plot, p->theta_r_deg, &curve->f->low, &curve->f->high, p->theta_r_count, STRIDE, style,
+  svg_band(plot, p->theta_r, &curve->f->low, &curve->f->high, p->theta_r_count, STRIDE, style,
            title);
   colour_of(r, index % r->theta_i_count, "stroke", style);
-  svg_line(plot, p->theta_r_deg, &curve->f->nominal, p->theta_r_count, STRIDE, style, title);
+  svg_line(plot, p->theta_r, &curve->f->nominal, p->theta_r_count, STRIDE, style, title);
 }
 
 /* Filled: within the bounds. */
@@ -63,7 +64,7 @@ static void draw_points(const svg_plot *plot, const predict_report *r, size_t cu
       continue;
     snprintf(title, sizeof title, "measured %.4g, predicted %.4g (%.4g to %.4g)", point->measured,
              point->f.nominal, point->f.low, point->f.high);
-    svg_point(plot, point->plane_deg, point->measured, 3,
+    svg_point(plot, point->plane_theta_r, point->measured, 3,
               point->side ? "fill:var(--card);stroke:var(--fail);stroke-width:1.4"
                           : "fill:var(--fg)",
               title);
@@ -89,7 +90,7 @@ static void plot_one(FILE *out, const predict_report *r, size_t index, int log_s
   char caption[96];
   svg_plot plot = plot_to(
       out, fmax(highest(r->prediction, curve), highest_point(r->prediction, index)), log_scale);
-  snprintf(caption, sizeof caption, "theta_i %.4g\u00b0, %s", curve->theta_i_deg,
+  snprintf(caption, sizeof caption, "theta_i %.4g\u00b0, %s", hetab_degrees(curve->theta_i),
            log_scale ? "logarithmic" : "linear");
   svg_begin(&plot, caption);
   draw_curve(&plot, r, index);
@@ -102,7 +103,8 @@ static void write_key(FILE *out, const predict_report *r) {
   fputs("<div class=\"key\">", out);
   for (size_t i = 0; i < r->theta_i_count; i++) {
     colour_of(r, i, "stroke", style);
-    snprintf(text, sizeof text, "theta_i %.4g\u00b0", r->prediction->curves[i].theta_i_deg);
+    snprintf(text, sizeof text, "theta_i %.4g\u00b0",
+             hetab_degrees(r->prediction->curves[i].theta_i));
     svg_key(out, style, text);
   }
   fputs("<span>shaded: between the bounds</span>", out);
@@ -163,14 +165,14 @@ static void write_curves(FILE *out, const predict_report *r) {
   for (size_t i = 0; i < r->prediction->curve_count; i++) {
     const hetab_prediction_curve *c = &r->prediction->curves[i];
     size_t peak = 0;
-    while (r->prediction->theta_r_deg[peak] < c->peak_deg)
+    while (r->prediction->theta_r[peak] < c->peak)
       peak++;
     fprintf(out,
             "<tr><td>%.6g</td><td>%.4g\u00b0</td><td>%.4g\u00b0</td><td>%.4g</td><td>%.4g</td>"
             "<td>%.4g</td><td>%.3g</td><td>%.3g</td><td>%.3g</td></tr>",
-            1000 * c->lambda_um, c->theta_i_deg, c->peak_deg, c->f[peak].nominal, c->f[peak].low,
-            c->f[peak].high, predict_shown(c->specular.nominal), predict_shown(c->specular.low),
-            predict_shown(c->specular.high));
+            1000 * c->lambda_um, hetab_degrees(c->theta_i), hetab_degrees(c->peak),
+            c->f[peak].nominal, c->f[peak].low, c->f[peak].high, predict_shown(c->specular.nominal),
+            predict_shown(c->specular.low), predict_shown(c->specular.high));
   }
   fputs("</table></div>\n", out);
 }

@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/angle.h"
+
 enum { LEFT = 54, RIGHT = 12, TOP = 10, BOTTOM = 42 };
 enum { INNER_WIDTH = SVG_WIDTH - LEFT - RIGHT, INNER_HEIGHT = SVG_HEIGHT - TOP - BOTTOM };
 
@@ -40,9 +42,13 @@ static void begin_figure(FILE *stream, const char *caption, int width, int heigh
 
 /* 0 to 1 along the axis. */
 static double along(const svg_axis *axis, double value) {
-  if (axis->log)
+  if (axis->kind == SVG_LOG)
     return log(value / axis->from) / log(axis->to / axis->from);
   return (value - axis->from) / (axis->to - axis->from);
+}
+
+static double data_x(const svg_plot *p, double value) {
+  return p->x.kind == SVG_DEGREES ? hetab_degrees(value) : value;
 }
 
 static double place_x(const svg_plot *p, double value) {
@@ -54,17 +60,17 @@ static double place_y(const svg_plot *p, double value) {
 }
 
 static double next_tick(const svg_axis *axis, double value) {
-  return axis->log ? value * pow(10, axis->step) : value + axis->step;
+  return axis->kind == SVG_LOG ? value * pow(10, axis->step) : value + axis->step;
 }
 
 static double first_tick(const svg_axis *axis) {
-  if (axis->log)
+  if (axis->kind == SVG_LOG)
     return pow(10, axis->step * ceil(log10(axis->from) / axis->step - 1e-9));
   return axis->step * ceil(axis->from / axis->step - 1e-9);
 }
 
 static void tick_label(FILE *stream, const svg_axis *axis, double value) {
-  if (axis->log)
+  if (axis->kind == SVG_LOG)
     fprintf(stream, "10<tspan dy=\"-4\" font-size=\"9\">%.0f</tspan>", log10(value));
   else
     fprintf(stream, "%.6g", fabs(value) < 1e-9 * axis->step ? 0 : value);
@@ -126,9 +132,9 @@ void svg_line(const svg_plot *p, const double *x, const double *y, size_t count,
   fputs("<path class=\"line\" d=\"", p->stream);
   for (size_t i = 0; i < count; i++) {
     double value = y[i * y_stride];
-    int good = isfinite(value) && (!p->y.log || value > 0);
+    int good = isfinite(value) && (p->y.kind != SVG_LOG || value > 0);
     if (good) /* far outside is outside; keep the numbers short */
-      fprintf(p->stream, "%c%.1f %.1f", drawing ? 'L' : 'M', place_x(p, x[i]),
+      fprintf(p->stream, "%c%.1f %.1f", drawing ? 'L' : 'M', place_x(p, data_x(p, x[i])),
               fmax(-999, fmin(999, place_y(p, value))));
     drawing = good;
   }
@@ -139,7 +145,7 @@ void svg_line(const svg_plot *p, const double *x, const double *y, size_t count,
 
 /* Kept near the axes; what is not positive on a logarithmic one lies below. */
 static double clamped_y(const svg_plot *p, double value) {
-  double at = p->y.log && !(value > 0) ? 999 : place_y(p, value);
+  double at = p->y.kind == SVG_LOG && !(value > 0) ? 999 : place_y(p, value);
   return isfinite(at) ? fmax(-999, fmin(999, at)) : 999;
 }
 
@@ -147,19 +153,19 @@ void svg_band(const svg_plot *p, const double *x, const double *low, const doubl
               size_t count, size_t stride, const char *style, const char *title) {
   fputs("<path class=\"band\" d=\"", p->stream);
   for (size_t i = 0; i < count; i++)
-    fprintf(p->stream, "%c%.1f %.1f", i ? 'L' : 'M', place_x(p, x[i]),
+    fprintf(p->stream, "%c%.1f %.1f", i ? 'L' : 'M', place_x(p, data_x(p, x[i])),
             clamped_y(p, high[i * stride]));
   for (size_t i = count; i-- > 0;)
-    fprintf(p->stream, "L%.1f %.1f", place_x(p, x[i]), clamped_y(p, low[i * stride]));
+    fprintf(p->stream, "L%.1f %.1f", place_x(p, data_x(p, x[i])), clamped_y(p, low[i * stride]));
   putc('Z', p->stream);
   end_line(p->stream, style, title);
 }
 
 void svg_point(const svg_plot *p, double x, double y, double radius, const char *style,
                const char *title) {
-  if (!isfinite(x) || !isfinite(y) || (p->y.log && !(y > 0)))
+  if (!isfinite(x) || !isfinite(y) || (p->y.kind == SVG_LOG && !(y > 0)))
     return;
-  double at_x = place_x(p, x), at_y = place_y(p, y);
+  double at_x = place_x(p, data_x(p, x)), at_y = place_y(p, y);
   if (at_x < LEFT || at_x > LEFT + INNER_WIDTH || at_y < TOP || at_y > TOP + INNER_HEIGHT)
     return;
   fprintf(p->stream, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"%.1f\" style=\"%s\"><title>", at_x, at_y,

@@ -7,10 +7,16 @@
 
 enum { SVG_WIDTH = 420, SVG_HEIGHT = 290 };
 
+typedef enum svg_axis_kind {
+  SVG_LINEAR,
+  SVG_LOG,
+  SVG_DEGREES /* of data in radians */
+} svg_axis_kind;
+
 typedef struct svg_axis {
   const char *label;
   double from, to, step; /* ticks every step; logarithmic: every step decades */
-  int log;
+  svg_axis_kind kind;
 } svg_axis;
 
 typedef struct svg_plot {

@@ -80,7 +80,7 @@ hetab_status hetab_merl_job_bands(hetab_merl_job *job) {
 
 hetab_status hetab_merl_job_add_cone(hetab_merl_job *job) {
   double lobe[HETAB_MERL_THETA_D][HETAB_MERL_CHANNELS];
-  int cone_rows = hetab_specular_cone_rows(job->options->specular_cone_deg);
+  int cone_rows = hetab_specular_cone_rows(job->options->specular_cone);
   if (cone_rows == 0)
     return HETAB_OK;
   for (int d = 0; d < HETAB_MERL_THETA_D; d++) {

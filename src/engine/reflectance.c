@@ -88,13 +88,13 @@ static job job_of(const integration *in, const hetab_hemisphere *at, size_t angl
 }
 
 /* At exactly 90 degrees there is nothing to integrate. */
-static hetab_status plan(integration *in, const double *theta_i_deg) {
+static hetab_status plan(integration *in, const double *theta_i) {
   double tau_2sigma = hetab_tau_2sigma(in->surface);
   in->jobs = hetab_alloc(in->ctx, in->angle_count, in->band_count * sizeof *in->jobs);
   if (!in->jobs)
     return HETAB_ERR_MEMORY;
   for (size_t a = 0; a < in->angle_count; a++) {
-    hetab_hemisphere at = hetab_hemisphere_at(hetab_radians(theta_i_deg[a]), tau_2sigma);
+    hetab_hemisphere at = hetab_hemisphere_at(theta_i[a], tau_2sigma);
     for (size_t first = 0, end; at.in.mu > 0.0 && first < in->band_count; first = end) {
       end = octave_end(in, first);
       in->jobs[in->job_count++] = job_of(in, &at, a, first, end);
@@ -317,13 +317,13 @@ static hetab_status integrate(integration *in) {
 
 /* ---- the call ------------------------------------------------------------------------------ */
 
-static hetab_status check(hetab_context *ctx, const hetab_engine *engine, const double *theta_i_deg,
+static hetab_status check(hetab_context *ctx, const hetab_engine *engine, const double *theta_i,
                           size_t count, double tolerance) {
   HETAB_TRY(hetab_check_tolerance(ctx, tolerance));
   for (size_t i = 0; i < count; i++)
-    if (!(theta_i_deg[i] >= 0.0 && theta_i_deg[i] <= 90.0))
-      return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "theta_i = %g degrees is not in [0, 90]",
-                        theta_i_deg[i]);
+    if (!(theta_i[i] >= 0.0 && theta_i[i] <= M_PI_2))
+      return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "theta_i = %g radians is not in [0, pi/2]",
+                        theta_i[i]);
   if (hetab_engine_method(engine) == HETAB_METHOD_LITERAL)
     return hetab_fail(ctx, HETAB_ERR_UNSUPPORTED,
                       "reflectances are integrated on a device: the literal method has none");
@@ -331,10 +331,10 @@ static hetab_status check(hetab_context *ctx, const hetab_engine *engine, const 
 }
 
 /* Everything but the integral. */
-static void fill_rest(const integration *in, const double *theta_i_deg) {
+static void fill_rest(const integration *in, const double *theta_i) {
   double sigma0 = hetab_surface_sigma0_um(in->surface), tau = hetab_surface_tau_um(in->surface);
   for (size_t a = 0; a < in->angle_count; a++) {
-    hetab_direction d = hetab_direction_at(hetab_radians(theta_i_deg[a]), tau / (2.0 * sigma0));
+    hetab_direction d = hetab_direction_at(theta_i[a], tau / (2.0 * sigma0));
     for (size_t b = 0; b < in->band_count; b++) {
       const hetab_band *band = &hetab_surface_bands(in->surface)[b];
       hetab_wave wave = hetab_wave_of(sigma0, tau, band);
@@ -368,8 +368,8 @@ static hetab_status open_kernel(integration *in) {
 }
 
 hetab_status hetab_reflectance_dh(hetab_context *ctx, hetab_engine *engine,
-                                  const hetab_surface *surface, const double *theta_i_deg,
-                                  size_t count, double tolerance, hetab_reflectance *out) {
+                                  const hetab_surface *surface, const double *theta_i, size_t count,
+                                  double tolerance, hetab_reflectance *out) {
   integration in = {.ctx = ctx,
                     .engine = engine,
                     .surface = surface,
@@ -377,15 +377,15 @@ hetab_status hetab_reflectance_dh(hetab_context *ctx, hetab_engine *engine,
                     .band_count = hetab_surface_band_count(surface),
                     .tolerance = tolerance > 0.0 ? tolerance : default_tolerance(engine)};
   hetab_status status;
-  HETAB_TRY(check(ctx, engine, theta_i_deg, count, tolerance));
+  HETAB_TRY(check(ctx, engine, theta_i, count, tolerance));
   HETAB_TRY(hetab_check_surface(ctx, surface));
   in.out = hetab_alloc(ctx, in.band_count * count, sizeof *out);
   if (!in.out)
     return HETAB_ERR_MEMORY;
-  HETAB_GOTO(plan(&in, theta_i_deg));
+  HETAB_GOTO(plan(&in, theta_i));
   HETAB_GOTO(open_kernel(&in));
   HETAB_GOTO(integrate(&in));
-  fill_rest(&in, theta_i_deg);
+  fill_rest(&in, theta_i);
   for (size_t i = 0; i < in.band_count * count; i++)
     out[i] = in.out[i];
 done:

@@ -4,11 +4,11 @@
 
 #include <hetab/merl.h>
 
-int hetab_specular_cone_rows(double deg) {
-  if (!(deg > 0.0))
+int hetab_specular_cone_rows(double cone) {
+  if (!(cone > 0.0))
     return 0;
   /* row i ends at theta_h = ((i + 1) / 90)^2 90 degrees */
-  double rows = ceil(HETAB_MERL_THETA_H * sqrt(fmin(deg, 90.0) / 90.0) - 1e-9);
+  double rows = ceil(HETAB_MERL_THETA_H * sqrt(fmin(cone / M_PI_2, 1.0)) - 1e-9);
   return rows < 1.0 ? 1 : (int)rows;
 }
 

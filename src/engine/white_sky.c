@@ -22,9 +22,8 @@ typedef struct sky {
   hetab_reflectance *before; /* [band], the values of the rule with half the intervals */
 } sky;
 
-static double degrees_at(const hetab_crowded *mu) {
-  return mu->w < 0.5 ? 90.0 - asin(mu->w) * 180.0 / M_PI
-                     : 2.0 * asin(sqrt(0.5 * mu->rest)) * 180.0 / M_PI;
+static double theta_at(const hetab_crowded *mu) {
+  return mu->w < 0.5 ? M_PI_2 - asin(mu->w) : 2.0 * asin(sqrt(0.5 * mu->rest));
 }
 
 /* The parts times a factor; the error and the evaluations too. */
@@ -45,7 +44,7 @@ static hetab_status add_nodes(sky *s, size_t first, size_t step) {
   hetab_status status = theta && values ? HETAB_OK : HETAB_ERR_MEMORY;
   for (size_t i = 0; status == HETAB_OK && i < count; i++) {
     hetab_crowded mu = hetab_crowd((double)(first + i * step) / (double)s->intervals);
-    theta[i] = degrees_at(&mu);
+    theta[i] = theta_at(&mu);
   }
   if (status == HETAB_OK)
     status = hetab_reflectance_dh(s->ctx, s->engine, s->surface, theta, count, 0.5 * s->tolerance,

@@ -121,7 +121,7 @@ static void record_wish(hetab_fit_problem *p, const hetab_fit_state *wished) {
     double excess = wished->diffuse[hetab_fit_group(p, band)] - p->room[i];
     if (excess > wish->excess) {
       wish->excess = excess;
-      wish->theta_i_deg = p->data.theta_i_deg[i / p->data.bands];
+      wish->theta_i = p->data.theta_i[i / p->data.bands];
       wish->lambda_um = p->data.lambda_um[band];
     }
   }
@@ -300,7 +300,7 @@ static hetab_status fill_residuals(const hetab_fit_problem *p, hetab_fit *fit) {
     const incidence_sums *s = &sums[t];
     double values = fmax(s->values, 1);
     fit->incidences[t] =
-        (hetab_fit_incidence){.theta_i_deg = p->data.theta_i_deg[t],
+        (hetab_fit_incidence){.theta_i = p->data.theta_i[t],
                               .values = (size_t)s->values,
                               .error = s->scale > 0 ? sqrt(s->squares / s->scale) : 0,
                               .rms = sqrt(s->plain / values),

@@ -13,10 +13,6 @@ static const double INCIDENCE_BIN_DEG = 5.0;
 static const double LEAST_SCALE = 1e-60; /* below it squares get lost */
 enum { MOST_INCIDENCES = 40, MOST_POINTS = 100000 };
 
-static double degrees(double radians) {
-  return radians * 180 / M_PI;
-}
-
 void hetab_fit_data_clear(hetab_fit_data *data) {
   free(data->pair_of);
   free(data->pairs);
@@ -25,7 +21,7 @@ void hetab_fit_data_clear(hetab_fit_data *data) {
   free(data->measured);
   free(data->weight);
   free(data->incidence);
-  free(data->theta_i_deg);
+  free(data->theta_i);
   *data = (hetab_fit_data){0};
 }
 
@@ -88,14 +84,14 @@ static hetab_status sort_bands(hetab_context *ctx, const hetab_measurements *m,
  */
 
 static int is_in_plane(const hetab_directions *p) {
-  double phi = degrees(p->phi), normal = degrees(fmin(p->theta_i, p->theta_r));
+  double phi = hetab_degrees(p->phi), normal = hetab_degrees(fmin(p->theta_i, p->theta_r));
   return phi <= PLANE_TOLERANCE_DEG || phi >= 180 - PLANE_TOLERANCE_DEG || normal <= SAME_ANGLE_DEG;
 }
 
-static double from_mirror_deg(const hetab_directions *p) {
+static double from_mirror(const hetab_directions *p) {
   double cosine =
       cos(p->theta_i) * cos(p->theta_r) - sin(p->theta_i) * sin(p->theta_r) * cos(p->phi);
-  return degrees(acos(fmin(fmax(cosine, -1), 1)));
+  return acos(fmin(fmax(cosine, -1.0), 1.0));
 }
 
 static int has_value(const hetab_measurements *m, const hetab_fit_data *data, size_t i) {
@@ -112,11 +108,10 @@ static int is_chosen(const hetab_measurements *m, const hetab_fit_options *o,
   const hetab_directions *p = &hetab_measurements_pairs(m)[i];
   int incidence = o->theta_i_count == 0;
   for (size_t t = 0; t < o->theta_i_count; t++)
-    if (fabs(degrees(p->theta_i) - o->theta_i_deg[t]) <= INCIDENCE_TOLERANCE_DEG)
+    if (fabs(hetab_degrees(p->theta_i) - hetab_degrees(o->theta_i[t])) <= INCIDENCE_TOLERANCE_DEG)
       incidence = found[t] = 1;
   return incidence && (!o->plane || is_in_plane(p)) &&
-         (o->exclude_mirror_deg <= 0 || from_mirror_deg(p) >= o->exclude_mirror_deg) &&
-         has_value(m, data, i);
+         (o->exclude_mirror <= 0.0 || from_mirror(p) >= o->exclude_mirror) && has_value(m, data, i);
 }
 
 static hetab_status check_found(hetab_context *ctx, const hetab_measurements *m,
@@ -126,7 +121,7 @@ static hetab_status check_found(hetab_context *ctx, const hetab_measurements *m,
       return hetab_fail(ctx, HETAB_ERR_RANGE,
                         "%s: no measurements at theta_i = %g degrees: choose incidences that are "
                         "there",
-                        hetab_measurements_name(m), o->theta_i_deg[t]);
+                        hetab_measurements_name(m), hetab_degrees(o->theta_i[t]));
   return HETAB_OK;
 }
 
@@ -226,22 +221,22 @@ static hetab_status number_incidences(hetab_context *ctx, hetab_fit_data *data) 
   keyed *sorted = hetab_alloc(ctx, data->count, sizeof *sorted);
   double *members = hetab_alloc(ctx, data->count, sizeof *members);
   data->incidence = hetab_alloc(ctx, data->count, sizeof *data->incidence);
-  data->theta_i_deg = hetab_alloc(ctx, data->count, sizeof *data->theta_i_deg);
-  if (!sorted || !members || !data->incidence || !data->theta_i_deg)
+  data->theta_i = hetab_alloc(ctx, data->count, sizeof *data->theta_i);
+  if (!sorted || !members || !data->incidence || !data->theta_i)
     status = HETAB_ERR_MEMORY;
   for (size_t i = 0; status == HETAB_OK && i < data->count; i++)
-    sorted[i] = (keyed){degrees(data->pairs[i].theta_i), i};
+    sorted[i] = (keyed){hetab_degrees(data->pairs[i].theta_i), i};
   if (status == HETAB_OK) {
     qsort(sorted, data->count, sizeof *sorted, by_key);
     data->incidence_count = number_groups(sorted, data->count, SAME_ANGLE_DEG, data->incidence);
     if (data->incidence_count > MOST_INCIDENCES)
       data->incidence_count = number_bins(sorted, data->count, data->incidence);
     for (size_t i = 0; i < data->count; i++) {
-      data->theta_i_deg[data->incidence[i]] += degrees(data->pairs[i].theta_i);
+      data->theta_i[data->incidence[i]] += data->pairs[i].theta_i;
       members[data->incidence[i]]++;
     }
     for (size_t t = 0; t < data->incidence_count; t++)
-      data->theta_i_deg[t] /= members[t];
+      data->theta_i[t] /= members[t];
   }
   free(sorted);
   free(members);
@@ -284,7 +279,7 @@ static hetab_status solid_angles(hetab_context *ctx, const hetab_fit_data *data,
     end = first;
     for (size_t i = 0; i < data->count; i++)
       if (data->incidence[i] == t)
-        sorted[end++] = (keyed){degrees(data->pairs[i].theta_r), i};
+        sorted[end++] = (keyed){hetab_degrees(data->pairs[i].theta_r), i};
     qsort(sorted + first, end - first, sizeof *sorted, by_key);
     weigh_rings(sorted, first, end, omega);
   }

@@ -6,6 +6,7 @@
 #include <hetab/fit.h>
 #include <hetab/reflectance.h>
 
+#include "core/angle.h"
 #include "core/context.h"
 #include "engine/points.h"
 
@@ -35,7 +36,7 @@ typedef struct hetab_fit_data {
   double *measured;        /* [count][bands] */
   double *weight;          /* [count][bands], 0: not in the fit */
   size_t *incidence;       /* [count] */
-  double *theta_i_deg;     /* [incidence_count] */
+  double *theta_i;         /* [incidence_count] */
   size_t incidence_count;
   double scale; /* of the objective: sum w f^2, or sum w for logarithms */
   size_t values, missing, thinned;
@@ -55,7 +56,7 @@ typedef struct hetab_fit_model {
   hetab_places *places;
   hetab_surface *surface; /* its roughness and n are set before each evaluation */
   hetab_reflectance *reflectances;
-  double *theta_i_deg; /* of the active incidences */
+  double *theta_i; /* of the active incidences */
 } hetab_fit_model;
 
 hetab_status hetab_fit_model_create(hetab_context *ctx, hetab_engine *engine,
@@ -91,7 +92,7 @@ typedef struct hetab_fit_state {
 /* What the fit without the constraint would do to it. */
 typedef struct hetab_fit_wish {
   double q, value[HETAB_FIT_QUANTITIES];
-  double excess, theta_i_deg, lambda_um; /* of rho_dh over the bound, where it is largest */
+  double excess, theta_i, lambda_um; /* of rho_dh over the bound, where it is largest */
 } hetab_fit_wish;
 
 typedef struct hetab_fit_problem {

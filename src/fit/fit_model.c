@@ -26,8 +26,8 @@ hetab_status hetab_fit_model_create(hetab_context *ctx, hetab_engine *engine,
   HETAB_TRY(make_surface(ctx, options, data, &model->surface));
   model->reflectances =
       hetab_alloc(ctx, data->bands * data->incidence_count, sizeof *model->reflectances);
-  model->theta_i_deg = hetab_alloc(ctx, data->incidence_count, sizeof *model->theta_i_deg);
-  if (!model->reflectances || !model->theta_i_deg)
+  model->theta_i = hetab_alloc(ctx, data->incidence_count, sizeof *model->theta_i);
+  if (!model->reflectances || !model->theta_i)
     return HETAB_ERR_MEMORY;
   return hetab_places_create(ctx, engine, &model->places);
 }
@@ -36,7 +36,7 @@ void hetab_fit_model_clear(hetab_fit_model *model) {
   hetab_places_free(model->places);
   hetab_surface_free(model->surface);
   free(model->reflectances);
-  free(model->theta_i_deg);
+  free(model->theta_i);
   *model = (hetab_fit_model){0};
 }
 
@@ -61,12 +61,12 @@ hetab_status hetab_fit_model_dd(hetab_context *ctx, hetab_fit_model *model,
  */
 
 /* The integrals' own progress is not the fit's. */
-static hetab_status integrate(hetab_context *ctx, hetab_fit_model *model, const double *theta_i_deg,
+static hetab_status integrate(hetab_context *ctx, hetab_fit_model *model, const double *theta_i,
                               size_t count) {
   double tolerance = hetab_engine_precision(model->engine) == HETAB_DOUBLE ? 1e-7 : 1e-5;
   hetab_progress_fn progress = ctx->progress;
   ctx->progress = NULL;
-  hetab_status status = hetab_reflectance_dh(ctx, model->engine, model->surface, theta_i_deg, count,
+  hetab_status status = hetab_reflectance_dh(ctx, model->engine, model->surface, theta_i, count,
                                              tolerance, model->reflectances);
   ctx->progress = progress;
   return status;
@@ -78,8 +78,8 @@ hetab_status hetab_fit_model_room(hetab_context *ctx, hetab_fit_model *model,
   size_t count = 0;
   for (size_t t = 0; t < data->incidence_count; t++)
     if (!active || active[t])
-      model->theta_i_deg[count++] = data->theta_i_deg[t];
-  HETAB_TRY(integrate(ctx, model, model->theta_i_deg, count));
+      model->theta_i[count++] = data->theta_i[t];
+  HETAB_TRY(integrate(ctx, model, model->theta_i, count));
   for (size_t t = 0, a = 0; t < data->incidence_count; t++) {
     int known = !active || active[t];
     for (size_t b = 0; b < data->bands; b++) {

@@ -80,7 +80,7 @@ static void note_constraint(notes *n) {
        "with E %.3g %% instead of %.3g %%, but rho_dh would be %.3g too large at theta_i %.4g "
        "degrees and %.4g nm.",
        bound_words(fit), w->value[HETAB_FIT_SLOPE], 100 * sqrt(w->q), 100 * fit->error, w->excess,
-       w->theta_i_deg, 1e3 * w->lambda_um);
+       hetab_degrees(w->theta_i), 1e3 * w->lambda_um);
 }
 
 static void note_dielectric(notes *n) {
@@ -90,7 +90,7 @@ static void note_dielectric(notes *n) {
   for (size_t t = 0; t < n->fit->incidence_count; t++)
     if (n->fit->incidences[t].polished_margin < least) {
       least = n->fit->incidences[t].polished_margin;
-      theta = n->fit->incidences[t].theta_i_deg;
+      theta = hetab_degrees(n->fit->incidences[t].theta_i);
     }
   if (least < 0)
     note(n,
@@ -106,7 +106,7 @@ static void note_asked(notes *n) {
   for (size_t t = 0; t < n->fit->incidence_count; t++)
     if (n->fit->incidences[t].room < room) {
       room = n->fit->incidences[t].room;
-      theta = n->fit->incidences[t].theta_i_deg;
+      theta = hetab_degrees(n->fit->incidences[t].theta_i);
     }
   if (asked <= room)
     note(n, "a = %.4g (reflectance) would keep to the bound: there is room for %.4g.", asked, room);
@@ -189,7 +189,7 @@ static void note_specular(notes *n) {
       double rho_s = n->p->model.reflectances[b * data->incidence_count + t].specular;
       if (rho_s > most) {
         most = rho_s;
-        theta = data->theta_i_deg[t];
+        theta = hetab_degrees(data->theta_i[t]);
       }
     }
   if (near && most > MUCH_SPECULAR)

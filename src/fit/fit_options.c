@@ -106,10 +106,10 @@ static hetab_status check_counts(hetab_context *ctx, hetab_fit_options *o) {
   if (o->bootstrap > MOST_BOOTSTRAP)
     return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "%zu resamplings: give at most %d", o->bootstrap,
                       MOST_BOOTSTRAP);
-  if (!(o->exclude_mirror_deg >= 0 && o->exclude_mirror_deg <= 180))
+  if (!(o->exclude_mirror >= 0.0 && o->exclude_mirror <= M_PI))
     return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
-                      "exclude_mirror_deg = %g: give an angle from 0 to 180",
-                      o->exclude_mirror_deg);
+                      "exclude_mirror = %g degrees: give an angle from 0 to 180",
+                      hetab_degrees(o->exclude_mirror));
   if (!(o->asked_diffuse >= 0 && o->asked_diffuse <= 10))
     return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "asked_diffuse = %g: give a reflectance",
                       o->asked_diffuse);

@@ -5,10 +5,11 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "core/angle.h"
 #include "core/context.h"
 
-static const double degree = M_PI / 180;
-static const double same_theta_deg = 0.1, same_lambda_um = 1e-4, in_plane_deg = 0.5;
+static const double SAME_THETA = 0.1 / 180.0 * M_PI, SAME_LAMBDA_UM = 1e-4,
+                    IN_PLANE = 0.5 / 180.0 * M_PI;
 static const double floor_brdf = 1e-9; /* 1/sr: less is nothing */
 
 typedef struct job {
@@ -41,13 +42,14 @@ static hetab_status check_options(job *j) {
   if (o->theta_i_count == 0)
     return hetab_fail(j->ctx, HETAB_ERR_ARGUMENT, "no incidence: give at least one theta_i");
   for (size_t i = 0; i < o->theta_i_count; i++)
-    if (!(o->theta_i_deg[i] >= 0 && o->theta_i_deg[i] < 90))
+    if (!(o->theta_i[i] >= 0.0 && o->theta_i[i] < M_PI_2))
       return hetab_fail(j->ctx, HETAB_ERR_ARGUMENT,
                         "theta_i: %g degrees is out of range: give angles from 0 to below 90",
-                        o->theta_i_deg[i]);
-  if (!(o->step_deg == 0 || (o->step_deg >= 0.01 && o->step_deg <= 90)))
+                        hetab_degrees(o->theta_i[i]));
+  if (!(o->step == 0.0 || (o->step >= hetab_radians(0.01) && o->step <= M_PI_2)))
     return hetab_fail(j->ctx, HETAB_ERR_ARGUMENT,
-                      "a step of %g degrees is out of range: give 0.01 to 90", o->step_deg);
+                      "a step of %g degrees is out of range: give 0.01 to 90",
+                      hetab_degrees(o->step));
   if (!(o->accuracy >= 0 && o->accuracy < 1))
     return hetab_fail(j->ctx, HETAB_ERR_ARGUMENT,
                       "an accuracy of %g is out of range: give 0 to below 1", o->accuracy);
@@ -109,17 +111,17 @@ static hetab_status bound(job *j, const hetab_point *points, size_t count, hetab
 
 static hetab_status make_room(job *j) {
   hetab_prediction *p = j->out;
-  double step = j->options->step_deg > 0 ? j->options->step_deg : 0.5;
-  size_t half = (size_t)lround(90 / step);
+  double step = j->options->step > 0.0 ? j->options->step : hetab_radians(0.5);
+  size_t half = (size_t)lround(M_PI_2 / step);
   p->theta_r_count = 2 * half + 1;
   p->curve_count = j->lambda_count * j->options->theta_i_count;
-  p->theta_r_deg = hetab_alloc(j->ctx, p->theta_r_count, sizeof *p->theta_r_deg);
+  p->theta_r = hetab_alloc(j->ctx, p->theta_r_count, sizeof *p->theta_r);
   p->curves = hetab_alloc(j->ctx, p->curve_count, sizeof *p->curves);
   p->values = hetab_alloc(j->ctx, p->curve_count * p->theta_r_count, sizeof *p->values);
-  if (!p->theta_r_deg || !p->curves || !p->values)
+  if (!p->theta_r || !p->curves || !p->values)
     return HETAB_ERR_MEMORY;
   for (size_t i = 0; i < p->theta_r_count; i++)
-    p->theta_r_deg[i] = 90 * ((double)i - (double)half) / (double)half;
+    p->theta_r[i] = hetab_radians(90.0 * ((double)i - (double)half) / (double)half);
   return HETAB_OK;
 }
 
@@ -131,21 +133,19 @@ static void describe_curve(hetab_prediction *p, hetab_prediction_curve *curve) {
     if (f->high >= floor_brdf)
       p->error = fmax(p->error, f->error / f->high);
   }
-  curve->peak_deg = p->theta_r_deg[peak];
+  curve->peak = p->theta_r[peak];
 }
 
 /* The points of a curve, and the values that they will have. */
 static void lay_out_curve(job *j, size_t index, hetab_point *points) {
   hetab_prediction *p = j->out;
   const hetab_band *band = &j->bands[index / j->options->theta_i_count];
-  double theta_i_deg = j->options->theta_i_deg[index % j->options->theta_i_count];
-  p->curves[index] = (hetab_prediction_curve){.lambda_um = band->lambda_um,
-                                              .theta_i_deg = theta_i_deg,
-                                              .f = p->values + index * p->theta_r_count};
+  double theta_i = j->options->theta_i[index % j->options->theta_i_count];
+  p->curves[index] = (hetab_prediction_curve){
+      .lambda_um = band->lambda_um, .theta_i = theta_i, .f = p->values + index * p->theta_r_count};
   for (size_t i = 0; i < p->theta_r_count; i++) {
-    double theta_r_deg = p->theta_r_deg[i];
-    points[i] = point_at(j, band, theta_i_deg * degree, fabs(theta_r_deg) * degree,
-                         theta_r_deg > 0 ? M_PI : 0);
+    double theta_r = p->theta_r[i];
+    points[i] = point_at(j, band, theta_i, fabs(theta_r), theta_r > 0.0 ? M_PI : 0.0);
   }
 }
 
@@ -186,29 +186,29 @@ static hetab_status make_curves(job *j) {
 /* ---- measured points ----------------------------------------------------------------------- */
 
 /* The curve of the incidence and wavelength, or curve_count. */
-static size_t find_curve(const hetab_prediction *p, double theta_i_deg, double lambda_um) {
+static size_t find_curve(const hetab_prediction *p, double theta_i, double lambda_um) {
   size_t i = 0;
-  while (i < p->curve_count && !(fabs(p->curves[i].theta_i_deg - theta_i_deg) <= same_theta_deg &&
-                                 fabs(p->curves[i].lambda_um - lambda_um) <= same_lambda_um))
+  while (i < p->curve_count && !(fabs(p->curves[i].theta_i - theta_i) <= SAME_THETA &&
+                                 fabs(p->curves[i].lambda_um - lambda_um) <= SAME_LAMBDA_UM))
     i++;
   return i;
 }
 
-/* Degrees between the view and the mirror direction. */
+/* The angle between the view and the mirror direction. */
 static double from_mirror(const hetab_directions *pair) {
   double cosine = cos(pair->theta_i) * cos(pair->theta_r) -
                   sin(pair->theta_i) * sin(pair->theta_r) * cos(pair->phi);
-  return acos(fmax(-1, fmin(1, cosine))) / degree;
+  return acos(fmax(-1.0, fmin(1.0, cosine)));
 }
 
 static hetab_predicted_point judged_point(size_t curve, const hetab_directions *pair,
                                           double measured) {
-  double phi_deg = pair->phi / degree, theta_r_deg = pair->theta_r / degree;
-  int light_side = phi_deg <= in_plane_deg, mirror_side = phi_deg >= 180 - in_plane_deg;
+  double theta_r = pair->theta_r;
+  int light_side = pair->phi <= IN_PLANE, mirror_side = pair->phi >= M_PI - IN_PLANE;
   return (hetab_predicted_point){.curve = curve,
                                  .directions = *pair,
-                                 .in_plane = light_side || mirror_side || theta_r_deg == 0,
-                                 .plane_deg = mirror_side ? theta_r_deg : -theta_r_deg,
+                                 .in_plane = light_side || mirror_side || theta_r == 0.0,
+                                 .plane_theta_r = mirror_side ? theta_r : -theta_r,
                                  .measured = measured};
 }
 
@@ -217,8 +217,8 @@ static hetab_status fail_apart(const job *j, const hetab_measurements *m) {
   const double *lambda_um = hetab_measurements_lambda_um(m);
   double first = INFINITY, last = 0;
   for (size_t i = 0; i < hetab_measurements_pair_count(m); i++) {
-    first = fmin(first, pairs[i].theta_i / degree);
-    last = fmax(last, pairs[i].theta_i / degree);
+    first = fmin(first, hetab_degrees(pairs[i].theta_i));
+    last = fmax(last, hetab_degrees(pairs[i].theta_i));
   }
   return hetab_fail(j->ctx, HETAB_ERR_RANGE,
                     "%s: no measurement at any of these incidences and wavelengths: choose some "
@@ -238,9 +238,9 @@ static hetab_status choose_points(job *j) {
   for (size_t i = 0; i < count; i++)
     for (size_t b = 0; b < bands; b++) {
       double value = hetab_measurements_values(m)[i * bands + b];
-      size_t curve = find_curve(p, pairs[i].theta_i / degree, hetab_measurements_lambda_um(m)[b]);
+      size_t curve = find_curve(p, pairs[i].theta_i, hetab_measurements_lambda_um(m)[b]);
       if (isnan(value) || curve == p->curve_count ||
-          from_mirror(&pairs[i]) < j->options->exclude_mirror_deg)
+          from_mirror(&pairs[i]) < j->options->exclude_mirror)
         continue;
       p->points[p->point_count++] = judged_point(curve, &pairs[i], value);
     }
@@ -339,7 +339,7 @@ hetab_status hetab_predict(hetab_context *ctx, hetab_engine *engine, const hetab
 void hetab_prediction_free(hetab_prediction *prediction) {
   if (!prediction)
     return;
-  free(prediction->theta_r_deg);
+  free(prediction->theta_r);
   free(prediction->curves);
   free(prediction->points);
   free(prediction->values);

@@ -14,13 +14,13 @@ hetab_status hetab_evaluate_literal(hetab_context *ctx, const hetab_point *point
 }
 
 hetab_status hetab_specular_reflectance(hetab_context *ctx, const hetab_surface *surface,
-                                        const double *theta_i_deg, size_t count, double *out) {
+                                        const double *theta_i, size_t count, double *out) {
   double tau = hetab_surface_tau_um(surface), sigma0 = hetab_surface_sigma0_um(surface);
   for (size_t i = 0; i < count; i++) {
-    if (!(theta_i_deg[i] >= 0.0 && theta_i_deg[i] <= 90.0))
-      return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "theta_i = %g degrees is not in [0, 90]",
-                        theta_i_deg[i]);
-    hetab_direction d = hetab_direction_at(hetab_radians(theta_i_deg[i]), tau / (2.0 * sigma0));
+    if (!(theta_i[i] >= 0.0 && theta_i[i] <= M_PI_2))
+      return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "theta_i = %g radians is not in [0, pi/2]",
+                        theta_i[i]);
+    hetab_direction d = hetab_direction_at(theta_i[i], tau / (2.0 * sigma0));
     for (size_t w = 0; w < hetab_surface_band_count(surface); w++) {
       hetab_wave wave = hetab_wave_of(sigma0, tau, &hetab_surface_bands(surface)[w]);
       out[w * count + i] = hetab_specular(&d, &wave);

@@ -4,10 +4,6 @@
 #include "kernels/he_torrance.h"
 #include "kernels/shadowing.h"
 
-double hetab_radians(double deg) {
-  return deg / 180.0 * M_PI;
-}
-
 double hetab_one_plus_cos(double phi) {
   double c = fabs(phi) == M_PI ? 0.0 : cos(0.5 * phi);
   return 2.0 * c * c;

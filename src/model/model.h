@@ -6,6 +6,8 @@
 #include <stddef.h>
 
 #include <hetab/types.h>
+
+#include "core/angle.h"
 #include <hetab/surface.h>
 
 /* One direction's polar angle. */
@@ -23,9 +25,6 @@ static inline double hetab_tau_2sigma(const hetab_surface *surface) {
 
 /* theta in radians, [0, pi/2]. */
 hetab_direction hetab_direction_at(double theta, double tau_2sigma);
-
-/* Degrees to radians with 90 and 180 exactly pi/2 and pi. */
-double hetab_radians(double deg);
 
 /* 1 + cos(phi) without cancellation at phi = pi, exact 0 there. */
 double hetab_one_plus_cos(double phi);

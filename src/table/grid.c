@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/angle.h"
 #include "core/context.h"
 
 enum { MAX_COUNT = 100000 };
@@ -15,7 +16,7 @@ enum { MAX_COUNT = 100000 };
 _Static_assert(8ULL * MAX_COUNT * MAX_COUNT * MAX_COUNT <= SIZE_MAX, "MAX_COUNT is too large");
 
 struct hetab_grid {
-  double *deg[HETAB_AXIS_COUNT];
+  double *deg[HETAB_AXIS_COUNT], *radians[HETAB_AXIS_COUNT];
   size_t count[HETAB_AXIS_COUNT];
 };
 
@@ -35,11 +36,17 @@ const double *hetab_grid_deg(const hetab_grid *grid, hetab_axis axis) {
   return grid->deg[axis];
 }
 
+const double *hetab_grid_radians(const hetab_grid *grid, hetab_axis axis) {
+  return grid->radians[axis];
+}
+
 void hetab_grid_free(hetab_grid *grid) {
   if (!grid)
     return;
-  for (int axis = 0; axis < HETAB_AXIS_COUNT; axis++)
+  for (int axis = 0; axis < HETAB_AXIS_COUNT; axis++) {
     free(grid->deg[axis]);
+    free(grid->radians[axis]);
+  }
   free(grid);
 }
 
@@ -98,14 +105,20 @@ static hetab_status check_values(hetab_context *ctx, const label *what, double s
 /* Takes deg over, or frees it; deg may be NULL for want of memory. */
 static hetab_status set_owned(hetab_context *ctx, hetab_grid *grid, hetab_axis axis,
                               const label *what, double *deg, size_t count) {
+  double *radians = deg ? hetab_alloc(ctx, count, sizeof *radians) : NULL;
   hetab_status status =
-      deg ? check_values(ctx, what, axis_stop[axis], deg, count) : HETAB_ERR_MEMORY;
+      radians ? check_values(ctx, what, axis_stop[axis], deg, count) : HETAB_ERR_MEMORY;
   if (status != HETAB_OK) {
     free(deg);
+    free(radians);
     return status;
   }
+  for (size_t i = 0; i < count; i++)
+    radians[i] = hetab_radians(deg[i]);
   free(grid->deg[axis]);
+  free(grid->radians[axis]);
   grid->deg[axis] = deg;
+  grid->radians[axis] = radians;
   grid->count[axis] = count;
   return HETAB_OK;
 }

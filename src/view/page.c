@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "core/angle.h"
 #include "core/context.h"
 #include "model/colour.h"
 #include "view/view_parts.h"
@@ -206,7 +207,7 @@ static void draw_curve(const page *p, const plot *f, size_t k) {
 }
 
 static void draw_mirror_line(const page *p, const plot *f, size_t k) {
-  double x = plot_x(f, p->view->theta_i_deg[k]) * p->unit, dash = 4 * p->unit;
+  double x = plot_x(f, hetab_degrees(p->view->theta_i[k])) * p->unit, dash = 4 * p->unit;
   for (double y = f->top * p->unit; y < f->bottom * p->unit; y += 2.5 * dash)
     hetab_canvas_segment(p->canvas, x, y, x, fmin(y + dash, f->bottom * p->unit), p->unit);
   hetab_canvas_ink(p->canvas, curve_colours[k], 0.6);
@@ -217,7 +218,7 @@ static void draw_legend(const page *p, const plot *f, double y) {
   double x = f->right;
   for (size_t k = p->view->theta_i_count; k-- > 0;) {
     char text[32];
-    snprintf(text, sizeof text, "θᵢ %.4g°", p->view->theta_i_deg[k]);
+    snprintf(text, sizeof text, "θᵢ %.4g°", hetab_degrees(p->view->theta_i[k]));
     say(p, x, y, 10, 1, dark, text);
     x -= hetab_text_width(10, text) + 8;
     hetab_canvas_segment(p->canvas, (x - 18) * p->unit, (y - 5) * p->unit, x * p->unit,
@@ -314,7 +315,7 @@ static void draw_map(const page *p, size_t k, double left, double top, const sca
   size_t side = view->map_side;
   int x0 = (int)lround(left * p->unit), y0 = (int)lround(top * p->unit);
   double half = (double)side / 2, cx = x0 + half, cy = y0 + half;
-  double place = half * sqrt(2) * sin(view->theta_i_deg[k] * pi / 360);
+  double place = half * sqrt(2) * sin(0.5 * view->theta_i[k]);
   char text[32];
   for (size_t i = 0; i < side * side; i++) {
     int x = (int)(i % side), y = (int)(i / side);
@@ -325,7 +326,7 @@ static void draw_map(const page *p, size_t k, double left, double top, const sca
   draw_rings(p, cx, cy, half);
   mark(p, cx - place, cy, 0);
   mark(p, cx + place, cy, 1);
-  snprintf(text, sizeof text, "θᵢ %.4g°", view->theta_i_deg[k]);
+  snprintf(text, sizeof text, "θᵢ %.4g°", hetab_degrees(view->theta_i[k]));
   say(p, cx / p->unit, top + map_units(view) + 24, 11, 0.5, dark, text);
 }
 

@@ -5,17 +5,16 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/angle.h"
 #include "core/context.h"
 
 enum { LEAST_WIDTH = 640, MOST_WIDTH = 8192, DEFAULT_WIDTH = 1280 };
 
-static const double degree = 3.14159265358979323846 / 180;
-
 static hetab_status take_options(hetab_context *ctx, const hetab_view_options *o,
                                  hetab_view *view) {
-  static const double usual[] = {0, 30, 60, 80};
-  const double *theta = o->theta_i_deg ? o->theta_i_deg : usual;
-  size_t count = o->theta_i_deg ? o->theta_i_count : sizeof usual / sizeof *usual;
+  static const double usual[] = {0.0, M_PI / 6.0, M_PI / 3.0, 80.0 / 180.0 * M_PI};
+  const double *theta = o->theta_i ? o->theta_i : usual;
+  size_t count = o->theta_i ? o->theta_i_count : sizeof usual / sizeof *usual;
   size_t width = o->width ? o->width : DEFAULT_WIDTH;
   if (count < 1 || count > HETAB_VIEW_MOST_THETA_I)
     return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "a view of %zu theta_i; give 1 to %d", count,
@@ -29,14 +28,15 @@ static hetab_status take_options(hetab_context *ctx, const hetab_view_options *o
   view->colour = !(o->wavelength_um > 0);
   view->theta_i_count = count;
   for (size_t i = 0; i < count; i++) {
-    if (!(theta[i] >= 0 && theta[i] < 90))
+    if (!(theta[i] >= 0.0 && theta[i] < M_PI_2))
       return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
-                        "a view at theta_i = %g; give angles from 0 to below 90 degrees", theta[i]);
+                        "a view at theta_i = %g degrees; give angles from 0 to below 90",
+                        hetab_degrees(theta[i]));
     if (i > 0 && !(theta[i] > theta[i - 1]))
       return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
-                        "a view at theta_i = %g after %g; give ascending angles", theta[i],
-                        theta[i - 1]);
-    view->theta_i_deg[i] = theta[i];
+                        "a view at theta_i = %g degrees after %g; give ascending angles",
+                        hetab_degrees(theta[i]), hetab_degrees(theta[i - 1]));
+    view->theta_i[i] = theta[i];
   }
   view->map_side = hetab_page_map_side(view);
   view->sphere_side = hetab_page_sphere_side(view);
@@ -54,14 +54,13 @@ static hetab_status fill(hetab_context *ctx, const hetab_view_source *source, he
     view->lobe_theta_r_deg[i] = hetab_alloc(ctx, HETAB_LOBE_POINTS, sizeof(float));
     if (!view->lobes[i] || !view->lobe_theta_r_deg[i])
       return HETAB_ERR_MEMORY;
-    HETAB_TRY(hetab_view_make_lobe(ctx, source, view->theta_i_deg[i] * degree,
-                                   view->lobe_theta_r_deg[i], view->lobes[i]));
+    HETAB_TRY(hetab_view_make_lobe(ctx, source, view->theta_i[i], view->lobe_theta_r_deg[i],
+                                   view->lobes[i]));
   }
   for (size_t i = 0; i < view->theta_i_count && shows(view, HETAB_VIEW_MAPS); i++) {
     if (!(view->maps[i] = hetab_alloc(ctx, map, sizeof *view->maps[i])))
       return HETAB_ERR_MEMORY;
-    HETAB_TRY(hetab_view_make_map(ctx, source, view->theta_i_deg[i] * degree, view->map_side,
-                                  view->maps[i]));
+    HETAB_TRY(hetab_view_make_map(ctx, source, view->theta_i[i], view->map_side, view->maps[i]));
   }
   if (!shows(view, HETAB_VIEW_SPHERE))
     return HETAB_OK;
@@ -128,9 +127,12 @@ const float *hetab_view_map(const hetab_view *view, size_t i, size_t *side) {
   return i < view->theta_i_count && view->maps[i] ? view->maps[i][0] : NULL;
 }
 
-const float *hetab_view_lobe(const hetab_view *view, size_t i, size_t *count,
-                             const float **theta_r_deg) {
+const float *hetab_view_lobe(const hetab_view *view, size_t i, size_t *count) {
   *count = HETAB_LOBE_POINTS;
-  *theta_r_deg = i < view->theta_i_count ? view->lobe_theta_r_deg[i] : NULL;
   return i < view->theta_i_count && view->lobes[i] ? view->lobes[i][0] : NULL;
+}
+
+void hetab_view_lobe_theta_r(const hetab_view *view, size_t i, float *theta_r) {
+  for (size_t k = 0; i < view->theta_i_count && view->lobes[i] && k < HETAB_LOBE_POINTS; k++)
+    theta_r[k] = (float)hetab_radians((double)view->lobe_theta_r_deg[i][k]);
 }

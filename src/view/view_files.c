@@ -7,6 +7,7 @@
 
 #include <hetab/table.h>
 
+#include "core/angle.h"
 #include "core/context.h"
 #include "table/exr_file.h"
 #include "view/view_parts.h"
@@ -75,19 +76,22 @@ typedef struct layer {
 } layer;
 
 static size_t list_layers(const hetab_view *view, layer layers[MOST_PARTS]) {
+  double theta_i_deg[HETAB_VIEW_MOST_THETA_I];
   size_t count = 0;
+  for (size_t i = 0; i < view->theta_i_count; i++)
+    theta_i_deg[i] = hetab_degrees(view->theta_i[i]);
   if (view->sphere)
     layers[count++] = (layer){"sphere", view->sphere_side, view->sphere_side, view->sphere, NULL};
   for (size_t i = 0; i < view->theta_i_count; i++)
     if (view->maps[i]) {
       layers[count] = (layer){"", view->map_side, view->map_side, view->maps[i], NULL};
-      hetab_exr_part_name("map_theta_i_", "deg", view->theta_i_deg, view->theta_i_count, i,
+      hetab_exr_part_name("map_theta_i_", "deg", theta_i_deg, view->theta_i_count, i,
                           layers[count++].name);
     }
   for (size_t i = 0; i < view->theta_i_count; i++)
     if (view->lobes[i]) {
       layers[count] = (layer){"", HETAB_LOBE_POINTS, 1, view->lobes[i], view->lobe_theta_r_deg[i]};
-      hetab_exr_part_name("lobe_theta_i_", "deg", view->theta_i_deg, view->theta_i_count, i,
+      hetab_exr_part_name("lobe_theta_i_", "deg", theta_i_deg, view->theta_i_count, i,
                           layers[count++].name);
     }
   return count;

@@ -14,7 +14,7 @@ struct hetab_view {
   int colour; /* else one wavelength */
   char title[96], subtitle[160];
   size_t theta_i_count, map_side, sphere_side;
-  double theta_i_deg[HETAB_VIEW_MOST_THETA_I];
+  double theta_i[HETAB_VIEW_MOST_THETA_I];
   float (*lobes[HETAB_VIEW_MOST_THETA_I])[3]; /* [HETAB_LOBE_POINTS] */
   float *lobe_theta_r_deg[HETAB_VIEW_MOST_THETA_I];
   float (*maps[HETAB_VIEW_MOST_THETA_I])[3]; /* [map_side][map_side] */
