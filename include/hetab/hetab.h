@@ -37,6 +37,7 @@
 #include <hetab/predict.h>
 #include <hetab/bench.h>
 #include <hetab/sampler.h>
+#include <hetab/shader.h>
 #include <hetab/convert.h>
 #include <hetab/lookup.h>
 #endif
