@@ -599,16 +599,19 @@ static const struct {
      "Length,1.5 um\r\nProfile,Hills&Valleys\r\n\r\nAnalytical Results\r\nFunction,R.Cur "
      "Pos,Result\r\n"
      "Ra,468.0 um,0.00525 um\r\n\r\nScan Data\r\nLateral um,Raw Micrometer,\r\n"
-     "0.0,1,,\r\n0.5,2,,\r\n1.0,,,\r\n1.5,4,,\r\n"},
+     "0.0,1,,\r\n0.5,2,,\r\n1.0,,,\r\n1.5,4,,\r\n",
+     .map = false},
     {"a profiler's CSV (SurfaceTopography, csv-1.csv)",
-     "X_(microns),y1\n0,1\n0.5,2\n1,nan\n1.5,4\n"},
+     "X_(microns),y1\n0,1\n0.5,2\n1,nan\n1.5,4\n", .map = false},
     {"a profiler's CSV with an index (SurfaceTopography, csv-2.csv)",
-     "index,x in \u00b5m,y in \u00b5m\r\n0,0,1\r\n1,0.5,2\r\n2,1.0,nan\r\n3,1.5,4\r\n"},
+     "index,x in \u00b5m,y in \u00b5m\r\n0,0,1\r\n1,0.5,2\r\n2,1.0,nan\r\n3,1.5,4\r\n",
+     .map = false},
     {"Dektak in Angstrom (SurfaceTopography, dektak-1.csv, heights in the unit of older ones)",
-     "Lateral(um),Profile(\u00c5)\n0,10000\n0.5,20000\n1,BAD\n1.5,40000\n"},
+     "Lateral(um),Profile(\u00c5)\n0,10000\n0.5,20000\n1,BAD\n1.5,40000\n", .map = false},
     {"STIL confocal sensor with encoders (jonathan-bender/scaling-octo-telegram, README)",
      "Counter\tAltitude (\u00b5m)\tEncoder1 (\u00b5m)\tEncoder2 (\u00b5m)\tRow number\n"
-     "37\t1\t0.0\t0\t1\n38\t2\t0.5\t0\t1\n39\tnan\t1.0\t0\t1\n40\t4\t1.5\t0\t1\n"},
+     "37\t1\t0.0\t0\t1\n38\t2\t0.5\t0\t1\n39\tnan\t1.0\t0\t1\n40\t4\t1.5\t0\t1\n",
+     .map = false},
     {"KLA Tencor P-7, APEX text (adpleach/ProfilometryData)",
      "0.0000\t1\n0.0005\t2\n0.0010\tnan\n0.0015\t4\n", .unit = "mm,um"},
     {"SPIP, ASCII (SurfaceTopography/IO/Text.py, flavour spip)",
@@ -646,8 +649,8 @@ static const struct {
      .unit = "um", .map = true},
     {"any columns, chosen by name or number",
      "time,place,gauge,temp\n1,0,1,20\n2,5e-4,2,20\n3,1e-3,nan,20\n4,1.5e-3,4,20\n", "place,3",
-     "mm,um"},
-    {"numbers without a header, chosen", "9 1 0\n9 2 0.5\n9 nan 1\n9 4 1.5\n", "3,2", "um"},
+     "mm,um", false},
+    {"numbers without a header, chosen", "9 1 0\n9 2 0.5\n9 nan 1\n9 4 1.5\n", "3,2", "um", false},
 };
 
 static void test_exports(void **state) {
@@ -762,7 +765,7 @@ static const struct {
     {SDF("99999999", "99999999", "1e-6", "1 2 3\n*\n"), {"do not fit"}},
     {SDF("1e18", "1", "1e-6", "1 2 3\n*\n"), {"NumPoints"}},
     {SDF("3", "1", "1", "1 2 3\n*\n"), {"spacing", "units"}},
-    {"bISO-1.0 123", {"binary SDF"}},
+    {"bISO-1.0 123", {"no room for the header"}},
     {"PK\3\4 no archive", {"cut off"}},
 };
 #undef SDF

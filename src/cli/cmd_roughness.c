@@ -7,7 +7,7 @@
 
 #include "cli.h"
 #include "options.h"
-#include "core/atomic_file.h"
+#include "core/held_files.h"
 #include "output.h"
 #include "progress.h"
 #include "roughness_command.h"
@@ -154,6 +154,8 @@ static int publish(roughness_job *job) {
     status = save(job, r->html, OUTPUT_HTML);
   if (status < 0)
     status = save(job, r->surface, OUTPUT_SURFACE);
+  if (status < 0)
+    status = cli_publish(job->ctx);
   if (status >= 0)
     return status;
   if (r->json)
@@ -225,10 +227,6 @@ static int check_request(const cli_command *self, request *r, char **paths) {
     for (int j = 0; outputs[i] && j < i; j++)
       if (outputs[j] && hetab_same_file(outputs[i], outputs[j]))
         return cli_usage(self, "two outputs would both be %s", outputs[i]);
-  for (; *paths; paths++)
-    for (int i = 0; i < 3; i++)
-      if (outputs[i] && hetab_same_file(*paths, outputs[i]))
-        return cli_usage(self, "%s is an input: choose another name for the output", outputs[i]);
   if (r->surface && !r->index)
     return cli_usage(self, "--surface needs --index: what the surface is made of");
   return -1;
@@ -299,10 +297,11 @@ const cli_command cli_roughness = {
     .arguments = "SCAN...",
     .summary = "sigma0 and tau of measured heights, with their errors",
     .description =
-        "SCAN is a height scan or map: text or CSV whose header names columns and units "
-        "(x_um,z_nm; "
-        "every z column is a scan), a text map with '# Width:', '# Height:' and '# Value units:', "
-        "X3P (ISO 5436-2) or ASCII SDF (ISO 25178-71). A map gives a scan per row and per column. "
+        "SCAN is a height scan, map or list of points: text as instruments export it (names and "
+        "units of columns such as x_um,z_nm or 'Lateral um,Raw Micrometer'; every z column is a "
+        "scan; maps with their size and unit above the rows), X3P (ISO 5436-2), SDF (ISO "
+        "25178-71), "
+        "Digital Surf's .sur or Zygo's ASCII. A map gives a scan per row and per column. "
         "Missing heights and outliers are left out and counted.\n\n"
         "Prints, per scan and over the scans, unfiltered and with --cutoff behind the filter: "
         "sigma "

@@ -2,34 +2,22 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
-#include <unistd.h>
 
 #include <hetab/table.h>
 
 #include "convert/outputs.h"
-#include "core/atomic_file.h"
+#include "core/held_files.h"
+#include "table/table_format.h"
 #include "convert/trial.h"
 
 const char *hetab_format_name(hetab_format format) {
-  static const char *const names[] = {"HDF5", "MERL", "RGL"};
+  static const char *const names[] = {"HDF5", "MERL", "RGL", "OpenEXR"};
   return names[format];
 }
 
 static hetab_status format_of_output(hetab_context *ctx, const char *path, hetab_format *format) {
-  static const struct {
-    const char *ending;
-    hetab_format format;
-  } endings[] = {{".h5", HETAB_FORMAT_H5},
-                 {".hdf5", HETAB_FORMAT_H5},
-                 {".binary", HETAB_FORMAT_MERL},
-                 {".bsdf", HETAB_FORMAT_RGL}};
-  const char *dot = strrchr(path, '.');
-  for (size_t i = 0; dot && i < sizeof endings / sizeof *endings; i++)
-    if (strcasecmp(dot, endings[i].ending) == 0) {
-      *format = endings[i].format;
-      return HETAB_OK;
-    }
+  if (hetab_format_by_ending(path, format) && *format != HETAB_FORMAT_EXR)
+    return HETAB_OK;
   return hetab_fail(ctx, HETAB_ERR_UNSUPPORTED,
                     "'%s': tables are converted to .h5 (HDF5), .binary (MERL) or .bsdf (RGL); "
                     "choose the ending",
@@ -53,24 +41,36 @@ static hetab_status write_table(hetab_context *ctx, hetab_convert_source *source
     return hetab_convert_to_merl(ctx, source, path, options);
   case HETAB_FORMAT_RGL:
     return hetab_convert_to_rgl(ctx, source, path, options);
+  case HETAB_FORMAT_EXR: /* refused before */
+    break;
   }
   return HETAB_ERR_UNSUPPORTED;
 }
 
-/* The file of the delta first: no table is without it. */
 static hetab_status write_output(hetab_context *ctx, hetab_convert_source *source, const char *path,
                                  const hetab_convert_options *options,
                                  hetab_convert_report *report) {
-  char *made;
   HETAB_TRY(hetab_convert_check_specular(ctx, source, report->to, path, options->overwrite,
                                          &report->specular_max));
-  HETAB_TRY(hetab_convert_save_specular(ctx, source, report->to, path, options->overwrite, report,
-                                        &made));
-  hetab_status status = write_table(ctx, source, path, options, report->to);
-  if (status != HETAB_OK && made)
-    unlink(made);
-  free(made);
+  HETAB_TRY(hetab_convert_save_specular(ctx, source, report->to, path, options->overwrite, report));
+  HETAB_TRY(write_table(ctx, source, path, options, report->to));
   report->clamped = source->clamped;
+  return HETAB_OK;
+}
+
+/* What has been written is read back before it takes anything's place. */
+static hetab_status write_and_try(hetab_context *ctx, hetab_convert_source *source,
+                                  const char *path, const hetab_convert_options *options,
+                                  hetab_convert_report *report) {
+  hetab_held_files held;
+  hetab_atomic_hold(ctx, &held);
+  hetab_status status = write_output(ctx, source, path, options, report);
+  if (status == HETAB_OK)
+    status = hetab_convert_trial(ctx, source, path, options->pairs ? options->pairs : 100000,
+                                 options->seed, report);
+  if (status == HETAB_OK)
+    status = hetab_atomic_publish(ctx, &held);
+  hetab_atomic_drop(ctx, &held);
   return status;
 }
 
@@ -92,9 +92,7 @@ hetab_status hetab_convert(hetab_context *ctx, const char *in, const char *out,
   report->srgb_out = !source.lambda_um;
   report->filled = source.filled;
   report->negative = hetab_lookup_negative(source.table);
-  hetab_status status = write_output(ctx, &source, out, &o, report);
-  if (status == HETAB_OK)
-    status = hetab_convert_trial(ctx, &source, out, o.pairs ? o.pairs : 100000, o.seed, report);
+  hetab_status status = write_and_try(ctx, &source, out, &o, report);
   hetab_convert_close(&source);
   return status;
 }

@@ -9,10 +9,12 @@
 #include <hetab/merl.h>
 
 #include "convert/mend.h"
-#include "core/atomic_file.h"
+#include "core/held_files.h"
+#include "core/input_file.h"
 #include "lookup/specular.h"
 #include "rgl/rgl_table.h"
 #include "table/h5_head.h"
+#include "table/specular_file.h"
 
 /* ---- HDF5 ---------------------------------------------------------------------------------- */
 
@@ -221,36 +223,26 @@ hetab_status hetab_convert_to_rgl(hetab_context *ctx, hetab_convert_source *sour
 
 /* ---- the specular delta -------------------------------------------------------------------- */
 
-enum { ANGLES = 91 };
-
-static hetab_status out_of_memory(hetab_context *ctx, const char *path) {
-  return hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for '%s'", path);
-}
+enum { ANGLES = HETAB_SPECULAR_ANGLES };
 
 /* Every degree of every wavelength of the table, before it was made sRGB. */
 static hetab_status write_csv(hetab_context *ctx, const hetab_convert_source *source,
                               const char *path, int overwrite) {
-  const double *lambda_um = hetab_lookup_wavelengths_um(source->table);
-  float *rho = hetab_alloc(ctx, ANGLES, source->channels_in * sizeof *rho);
-  char *text = NULL;
-  size_t size;
-  FILE *stream = rho ? open_memstream(&text, &size) : NULL;
-  if (!stream) {
-    free(rho);
-    return out_of_memory(ctx, path);
+  size_t count = source->channels_in;
+  float *at = hetab_alloc(ctx, count, sizeof *at);
+  double *rho = hetab_alloc(ctx, ANGLES, count * sizeof *rho);
+  hetab_status status = at && rho ? HETAB_OK : HETAB_ERR_MEMORY;
+  for (size_t i = 0; i < ANGLES && status == HETAB_OK; i++) {
+    double theta_i = (double)i * M_PI / 180;
+    const float wi[3] = {(float)sin(theta_i), 0, (float)cos(theta_i)};
+    hetab_lookup_specular(source->table, wi, at);
+    for (size_t w = 0; w < count; w++)
+      rho[w * ANGLES + i] = (double)at[w];
   }
-  for (int i = 0; i < ANGLES; i++) {
-    const float wi[3] = {(float)sin(i * M_PI / 180), 0, (float)cos(i * M_PI / 180)};
-    hetab_lookup_specular(source->table, wi, rho + (size_t)i * source->channels_in);
-  }
-  fputs("wavelength_nm,theta_i_deg,rho_s\n", stream);
-  for (size_t b = 0; b < source->channels_in; b++)
-    for (int i = 0; i < ANGLES; i++)
-      fprintf(stream, "%.10g,%d,%.9g\n", 1000 * lambda_um[b], i,
-              (double)rho[(size_t)i * source->channels_in + b]);
-  hetab_status status = fclose(stream) == 0 ? hetab_text_save(ctx, path, text, size, overwrite)
-                                            : out_of_memory(ctx, path);
-  free(text);
+  if (status == HETAB_OK)
+    status = hetab_specular_save(ctx, path, hetab_lookup_wavelengths_um(source->table), count, rho,
+                                 overwrite);
+  free(at);
   free(rho);
   return status;
 }
@@ -272,7 +264,8 @@ static hetab_status copy_csv(hetab_context *ctx, const hetab_convert_source *sou
   size_t size = 0;
   if (!from)
     return HETAB_ERR_MEMORY;
-  FILE *file = fopen(from, "rbe");
+  FILE *file;
+  (void)hetab_input_stream(ctx, from, HETAB_INPUT_TABLE, &file);
   ssize_t read = file ? getdelim(&text, &size, '\0', file) : -1;
   if (file)
     fclose(file);
@@ -332,21 +325,16 @@ hetab_status hetab_convert_check_specular(hetab_context *ctx, const hetab_conver
 
 hetab_status hetab_convert_save_specular(hetab_context *ctx, const hetab_convert_source *source,
                                          hetab_format format, const char *path, int overwrite,
-                                         hetab_convert_report *report, char **made) {
+                                         hetab_convert_report *report) {
   char *name = NULL;
-  *made = NULL;
   report->specular_kept = 1;
   if (report->specular_max > 0)
     HETAB_TRY(path_beside(ctx, source, format, path, &name));
   if (!name)
     return HETAB_OK;
-  int was_there = access(name, F_OK) == 0;
   hetab_status status = hetab_lookup_wavelengths_um(source->table)
                             ? write_csv(ctx, source, name, overwrite)
                             : copy_csv(ctx, source, name, overwrite, &report->specular_kept);
-  if (status == HETAB_OK && report->specular_kept && !was_there)
-    *made = name;
-  else
-    free(name);
+  free(name);
   return status;
 }
