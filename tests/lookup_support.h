@@ -44,7 +44,7 @@ static inline hetab_status save_h5(hetab_context *ctx, hetab_engine *engine,
                                    const hetab_surface *surface, const hetab_grid *grid,
                                    const char *path) {
   hetab_h5_options options = {.overwrite = 1};
-  hetab_tabulate_options no_samples = {.samples = 0};
+  hetab_tabulate_options no_samples = {.samples = HETAB_NO_SAMPLES};
   hetab_report report;
   hetab_table_writer *writer;
   hetab_grid *own = NULL;

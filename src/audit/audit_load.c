@@ -30,11 +30,12 @@ static hetab_status measure_file(hetab_context *ctx, const char *path, hetab_aud
 
 hetab_status hetab_audit_table(hetab_context *ctx, hetab_engine *engine, const char *path,
                                const hetab_audit_options *options, hetab_audit **out) {
-  hetab_audit_options o = hetab_audit_defaults(options);
+  hetab_audit_options o;
   hetab_format format;
   int is_h5 = is_h5_file(path);
   hetab_audit *audit;
   *out = NULL;
+  HETAB_TRY(hetab_audit_options_take(ctx, options, &o));
   if (hetab_format_of(ctx, path, &format) == HETAB_OK && format == HETAB_FORMAT_RGL)
     return hetab_fail(ctx, HETAB_ERR_UNSUPPORTED,
                       "'%s' is an RGL table: convert it to MERL or HDF5 and audit that", path);

@@ -131,13 +131,17 @@ static int plan_bands(const cli_command *self, tabulate_job *job) {
   return -1;
 }
 
+static size_t sample_count(const tabulate_request *r) {
+  return r->samples ? r->samples : HETAB_NO_SAMPLES;
+}
+
 static int plan_merl(const cli_command *self, tabulate_job *job) {
   const tabulate_request *r = job->request;
   hetab_merl_options *o = &job->merl_options;
   *o = (hetab_merl_options){.sampling = (hetab_merl_sampling)r->sampling,
                             .colour = (hetab_merl_colour)r->colour,
                             .specular_cone = hetab_radians(r->cone_deg),
-                            .samples = r->samples,
+                            .samples = sample_count(r),
                             .seed = (unsigned)r->seed};
   static const size_t needed[] = {
       [HETAB_MERL_SRGB] = 0, [HETAB_MERL_MONO] = 1, [HETAB_MERL_BANDS] = 3};
@@ -368,7 +372,7 @@ static int check_report(const hetab_report *report) {
 
 static int fill_dense(tabulate_job *job) {
   const tabulate_request *r = job->request;
-  hetab_tabulate_options options = {.samples = r->samples, .seed = (unsigned)r->seed};
+  hetab_tabulate_options options = {.samples = sample_count(r), .seed = (unsigned)r->seed};
   hetab_report *report = &job->reports[OUTPUT_H5];
   cli_progress_begin(job->ctx, hetab_surface_name(job->surface), r->quiet);
   hetab_status done = hetab_tabulate(job->ctx, job->engine, job->surface, job->grid, &options,
