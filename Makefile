@@ -31,14 +31,17 @@ TEST_COMMON := $(filter-out $(TEST_SOURCES),$(wildcard tests/*.c))
 HEADERS := $(wildcard include/hetab/*.h)
 FORMATTED := $(wildcard include/hetab/*.h src/*/*.[ch] kernels/*.h kernels/*.cl tests/*.[ch] tests/*/*.[ch])
 
-LIB_OBJECTS := $(LIB_SOURCES:%.c=$(BUILD)/%.o) $(BUILD)/kernels_embedded.o
+LIB_OBJECTS := $(LIB_SOURCES:%.c=$(BUILD)/%.o) $(BUILD)/kernels_embedded.o $(BUILD)/shaders_embedded.o
 CLI_OBJECTS := $(CLI_SOURCES:%.c=$(BUILD)/%.o)
 TEST_OBJECTS := $(TEST_SOURCES:%.c=$(BUILD)/%.o)
 TEST_COMMON_OBJECTS := $(TEST_COMMON:%.c=$(BUILD)/%.o)
 TESTS := $(TEST_SOURCES:tests/%.c=$(BUILD)/tests/%)
 
+# The material for Mitsuba 3.
+PLUGIN := share/hetab/mitsuba/he_torrance.py
+
 .PHONY: build
-build: $(BUILD)/hetab $(BUILD)/libhetab.so $(BUILD)/libhetab.a $(BUILD)/hetab.1 ## build the program and the library (the default)
+build: $(BUILD)/hetab $(BUILD)/libhetab.so $(BUILD)/libhetab.a $(BUILD)/hetab.1 $(BUILD)/$(PLUGIN) ## build the program and the library (the default)
 
 .PHONY: help
 help: ## list what can be made
@@ -128,6 +131,7 @@ install: build ## install under PREFIX (default /usr/local), below DESTDIR
 	sed -e 's|@PREFIX@|$(PREFIX)|' -e 's|@VERSION@|$(VERSION)|' \
 	  -e 's|@PACKAGES@|$(PACKAGES)|' -e 's|@EXR@|$(EXR_LIB)|' src/hetab.pc.in \
 	  > $(DESTDIR)$(PREFIX)/lib/pkgconfig/hetab.pc
+	install -D -m 644 $(BUILD)/$(PLUGIN) $(DESTDIR)$(PREFIX)/$(PLUGIN)
 	install -m 644 $(BUILD)/hetab.1 $(DESTDIR)$(PREFIX)/share/man/man1/
 
 .PHONY: wheel
@@ -152,7 +156,12 @@ $(BUILD)/kernels_embedded.c: scripts/embed_kernels $(wildcard kernels/*)
 	@mkdir -p $(@D)
 	$(PYTHON) scripts/embed_kernels kernels $@
 
-$(BUILD)/kernels_embedded.o: $(BUILD)/kernels_embedded.c
+SHADERS := $(filter-out %.c src/shader/shader_parts.h,$(wildcard src/shader/*))
+$(BUILD)/shaders_embedded.c: scripts/embed_files $(SHADERS)
+	@mkdir -p $(@D)
+	$(PYTHON) scripts/embed_files shader/shader_parts.h hetab_shader_template hetab_shader_templates $(SHADERS) $@
+
+$(BUILD)/%_embedded.o: $(BUILD)/%_embedded.c
 	$(CC) $(CPPFLAGS_ALL) $(CFLAGS_ALL) -c -o $@ $<
 
 $(BUILD)/libhetab.a: $(LIB_OBJECTS)
@@ -169,6 +178,10 @@ $(BUILD)/libhetab.so: $(LIB_OBJECTS) $(BUILD)/exports.map
 
 $(BUILD)/hetab: $(CLI_OBJECTS) $(BUILD)/libhetab.a
 	$(CC) $(CFLAGS_ALL) $(LDFLAGS) -o $@ $^ $(LIBS) -ljansson
+
+$(BUILD)/$(PLUGIN): $(BUILD)/hetab
+	@mkdir -p $(@D)
+	$(BUILD)/hetab shader --language mitsuba --force -o $@
 
 $(BUILD)/hetab.1: $(BUILD)/hetab src/cli/hetab.1.in scripts/make_man
 	sh scripts/make_man $(BUILD)/hetab src/cli/hetab.1.in > $@

@@ -27,6 +27,7 @@ static inline void direction_at(double theta, double phi, float w[3]) {
 
 /* --- tables ---------------------------------------------------------------------------------- */
 
+/* Without its delta. */
 static inline hetab_status save_merl(hetab_context *ctx, hetab_engine *engine,
                                      const hetab_surface *surface,
                                      const hetab_merl_options *options, const char *path) {
@@ -43,34 +44,9 @@ static inline hetab_status save_merl(hetab_context *ctx, hetab_engine *engine,
 static inline hetab_status save_h5(hetab_context *ctx, hetab_engine *engine,
                                    const hetab_surface *surface, const hetab_grid *grid,
                                    const char *path) {
-  hetab_h5_options options = {.overwrite = 1};
-  hetab_tabulate_options no_samples = {.samples = HETAB_NO_SAMPLES};
-  hetab_report report;
-  hetab_table_writer *writer;
-  hetab_grid *own = NULL;
-  if (!grid && hetab_grid_create(ctx, &own) == HETAB_OK)
-    grid = own;
-  size_t count = hetab_grid_count(grid, HETAB_THETA_I);
-  double *rho = calloc(count * hetab_surface_band_count(surface), sizeof *rho);
-  hetab_status status = hetab_h5_create(ctx, path, surface, grid, &options, &writer);
-  if (status == HETAB_OK) {
-    status = hetab_tabulate(ctx, engine, surface, grid, &no_samples, hetab_table_write_slab, writer,
-                            &report);
-    if (status == HETAB_OK)
-      status = hetab_specular_reflectance(ctx, surface, hetab_grid_radians(grid, HETAB_THETA_I),
-                                          count, rho);
-    if (status == HETAB_OK)
-      status = hetab_table_write_specular(ctx, writer, rho);
-    if (status == HETAB_OK)
-      status = hetab_table_write_report(ctx, writer, &report);
-    if (status == HETAB_OK)
-      status = hetab_table_commit(ctx, writer);
-    else
-      hetab_table_abort(writer);
-  }
-  free(rho);
-  hetab_grid_free(own);
-  return status;
+  const hetab_tabulate_options no_samples = {.samples = HETAB_NO_SAMPLES};
+  const hetab_tabulate_to_options options = {.grid = grid, .sample = &no_samples, .overwrite = 1};
+  return hetab_tabulate_to(ctx, engine, surface, &path, 1, &options, NULL);
 }
 
 /* --- the model ------------------------------------------------------------------------------- */

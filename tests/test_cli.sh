@@ -272,13 +272,13 @@ refuses_after_header() {
   "$program" eval BBQAL2 <in >out 2>err
   one_line "$1" $? 1 "$2"
 }
-bad_row "row: text" "stdin:3: theta_r_deg: 'abc' is not a number" 0.55,1,abc,3
-bad_row "row: empty field" "stdin:3: phi_deg: ''" 0.55,1,2,
-bad_row "row: nan" "stdin:3: lambda_um" nan,1,2,3
-bad_row "row: infinite" "stdin:3: phi_deg" 0.55,1,2,inf
-bad_row "row: below the horizon" "stdin:3: theta_i_deg: 91 is out of range: give a value from 0 to 90" 0.55,91,2,3
-bad_row "row: negative wavelength" "stdin:3: lambda_um: -1 is out of range: give a value from 1e-06" -1,1,2,3
-bad_row "row: huge azimuth" "stdin:3: phi_deg: 1e300 is out of range" 0.55,1,2,1e300
+bad_row "row: text" "stdin:3: column 'theta_r_deg': 'abc' is not a number" 0.55,1,abc,3
+bad_row "row: empty field" "stdin:3: column 'phi_deg': ''" 0.55,1,2,
+bad_row "row: nan" "stdin:3: column 'lambda_um'" nan,1,2,3
+bad_row "row: infinite" "stdin:3: column 'phi_deg'" 0.55,1,2,inf
+bad_row "row: below the horizon" "stdin:3: column 'theta_i_deg': 91 is out of range: give a value from 0 to 90" 0.55,91,2,3
+bad_row "row: negative wavelength" "stdin:3: column 'lambda_um': -1 is out of range: give a value from 1e-06" -1,1,2,3
+bad_row "row: huge azimuth" "stdin:3: column 'phi_deg': 1e300 is out of range" 0.55,1,2,1e300
 bad_row "row: outside the index data" "stdin:3: .*0\.7" 0.9,1,2,3
 bad_row "row: too short" "stdin:3: 3 fields where the header names 4: add the missing value or remove the column" 0.55,1,2
 bad_row "row: too long" "stdin:3: 5 fields.*: remove the value" 0.55,1,2,3,4

@@ -67,4 +67,17 @@ for value, specular, density, weight in rows:
     assert density > 0 and 0 < weight < 2, (density, weight)
 assert abs(rows[0][1] / rho_s - 1) < 5e-3, (rows[0][1], rho_s)
 END
+
+# README's first C example, as it stands: the main job
+sed -n '/^```c$/,/^```$/p' "$scripts/../README.md" | sed '1d; /^```$/,$d' >first.c
+ln -s "$(realpath "$(dirname "$program")")/libhetab.so" libhetab.so
+ln -s libhetab.so "$(objdump -p libhetab.so | sed -n 's/.*SONAME *//p')"
+check "12 lines" test "$(wc -l <first.c)" = 12
+check "README's first C example compiles" cc -std=c99 -Wall -Wextra -Werror -I"$include" \
+  $sanitizers first.c -L. -lhetab -o first
+works_alone() { LD_LIBRARY_PATH=. ./first; }
+check "it runs" works_alone
+check "it writes tables" test -s bbqal2.h5 -a -s bbqal2.binary -a -s bbqal2.bsdf
+check "they are those of the program" sh -c \
+  "'$program' tabulate BBQAL2 -q -o p.bsdf -o p.binary && cmp p.bsdf bbqal2.bsdf && cmp p.binary bbqal2.binary"
 summary

@@ -332,7 +332,7 @@ sed -i s/0.03/0.02/ rows.csv
 "$program" roughness --rows rows.csv >out 2>err
 check "a differing row, status 3" test $? = 3 -a ! -s err
 check "a differing row is named" has 'deviation +0\.03, stated 0\.02: DIFFERS \(0\.026457'
-refuses "no rows" 1 'fewer than two' roughness --rows empty.csv
+refuses "no rows" 1 'a header such as' roughness --rows empty.csv
 
 # ---- a measured profile -------------------------------------------------------------------------
 

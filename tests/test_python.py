@@ -81,6 +81,24 @@ class Model(unittest.TestCase):
         numpy.testing.assert_allclose(found["specular"][0], rows["rho_s"], rtol=1e-9)
         self.assertEqual(found.shape, (1, len(rows)))
 
+    def test_source_against_40_digits(self):
+        """What `hetab shader --language python` writes, where h is above 1e-6 of its peak."""
+        model, rows = {}, golden("he_torrance.csv")
+        exec(hetab.shader("python", hetab.Surface("NGGAL")), model)
+        i, r, phi = (rows[name + "_rad"] for name in ("theta_i", "theta_r", "phi"))
+        h = [model["ln_h"](model["Numpy"], rows["g"], x) for x in (rows["x"], 0 * rows["x"])]
+        shown = (h[0] - h[1] > numpy.log(1e-6)) & (rows["f_dd_per_sr"] > 1e-9)
+        found = model["brdf"]((numpy.sin(i), 0 * i, numpy.cos(i)),
+                              (numpy.sin(r) * numpy.cos(phi), numpy.sin(r) * numpy.sin(phi),
+                               numpy.cos(r)), rows["sigma0_um"], rows["tau_um"],
+                              rows["lambda_um"], rows["n"], rows["k"])
+        error = numpy.abs(found / rows["f_dd_per_sr"] - 1)[shown]
+        self.assertGreater(len(error), 200)
+        self.assertLess(error.max(), 5e-5)
+        surface = hetab.Surface("NGGAL")
+        self.assertEqual(model["SURFACE"]["sigma0_um"], surface.sigma0_um)
+        numpy.testing.assert_allclose(model["SURFACE"]["n"], surface.bands["n"], rtol=1e-8)
+
     def test_table_in_memory(self):
         surface = hetab.Surface("BBQAL2")
         surface.wavelengths_um = [0.45, 0.55, 0.65]
@@ -200,7 +218,7 @@ class Laboratory(unittest.TestCase):
         surface.wavelengths_um = [0.55]
         found = hetab.audit(surface)
         self.assertEqual(found.verdict, "pass")
-        self.assertEqual(found.energy.shape, (1, len(found.theta_i_deg)))
+        self.assertEqual(found.energy.shape, (1, len(found.theta_i)))
         self.assertLessEqual({c.verdict for c in found.checks}, {"pass"})
         self.assertLess(found.energy["dh"].max(), 1)
 

@@ -27,6 +27,7 @@
 #include <hetab/merl.h>
 #include <hetab/rgl.h>
 #include <hetab/tabulate.h>
+#include <hetab/tabulate_to.h>
 #include <hetab/table.h>
 #include <hetab/exr.h>
 #include <hetab/reflectance.h>
@@ -38,6 +39,7 @@
 #include <hetab/predict.h>
 #include <hetab/bench.h>
 #include <hetab/sampler.h>
+#include <hetab/shader.h>
 #include <hetab/convert.h>
 #include <hetab/lookup.h>
 #endif

@@ -86,6 +86,13 @@ hetab_status hetab_h5_bands(hetab_context *ctx, hetab_h5_table *table, hetab_ban
 hetab_status hetab_h5_number(hetab_context *ctx, hetab_h5_table *table, const char *name,
                              double *value);
 
+/* The format that an output's name asks for by its ending, .h5, .hdf5, .exr, .binary or .bsdf. 0 if
+ * it has none of these. */
+int hetab_format_by_ending(const char *path, hetab_format *format);
+/* NAME.binary -> NAME.specular.csv: where the specular reflectance of MERL and RGL tables is;
+ * free() it. NULL without memory. */
+char *hetab_specular_path(hetab_context *ctx, const char *path);
+
 #ifdef __cplusplus
 }
 #endif

@@ -47,7 +47,7 @@ typedef struct hetab_merl_options {
   hetab_merl_colour colour;
   double band_um[3];    /* MONO: the first; BANDS: R, G, B */
   double specular_cone; /* > 0: fold the specular delta in as a lobe that wide (theta_h) */
-  size_t samples;       /* cells compared with the literal reference; 0: none */
+  size_t samples;       /* cells compared with the literal reference; 0: 500 */
   unsigned seed;
 } hetab_merl_options;
 

@@ -17,7 +17,12 @@ typedef enum hetab_method {
   HETAB_METHOD_LITERAL /* the printed equations in double on one host core, no device */
 } hetab_method;
 
-typedef enum hetab_format { HETAB_FORMAT_H5, HETAB_FORMAT_MERL, HETAB_FORMAT_RGL } hetab_format;
+typedef enum hetab_format {
+  HETAB_FORMAT_H5,
+  HETAB_FORMAT_MERL,
+  HETAB_FORMAT_RGL,
+  HETAB_FORMAT_EXR /* written, not read */
+} hetab_format;
 
 const char *hetab_method_name(hetab_method method);          /* "rows" */
 const char *hetab_precision_name(hetab_precision precision); /* "float" */

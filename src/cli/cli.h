@@ -14,7 +14,7 @@ typedef struct cli_command {
   int (*run)(const struct cli_command *self, int argc, char **argv);
 } cli_command;
 
-extern const cli_command cli_tabulate, cli_eval, cli_devices, cli_surfaces, cli_bench,
+extern const cli_command cli_tabulate, cli_eval, cli_devices, cli_surfaces, cli_bench, cli_shader,
     cli_reflectance, cli_audit, cli_roughness, cli_fit, cli_predict, cli_convert, cli_view;
 
 /* Print the one line that a failure is, "hetab: MESSAGE", control characters made harmless, and

@@ -6,38 +6,56 @@
 #include <string.h>
 
 #include "cli.h"
-#include "csv.h"
 #include "options.h"
+#include "core/csv.h"
 
 /* A batch ends when it has that many rows, or that much text of passing columns. */
 enum { BATCH = 65536, BATCH_TEXT = 16 << 20 };
-enum { MAX_FIELDS = 256, ABSENT = MAX_FIELDS };
 
 /* ---- columns ------------------------------------------------------------------------------- */
 
 enum { LAMBDA, THETA_I, THETA_R, PHI, SIGMA0, TAU, INDEX_N, INDEX_K, DIFFUSE, COLUMNS };
 enum { ANGLES_END = SIGMA0 }; /* the columns before it have to be there */
 
-typedef struct column {
-  const char *name;
-  size_t offset;   /* in hetab_point */
-  double min, max; /* hetab_evaluate's limits, here so that a failure can name the line */
-  int angle;       /* degrees here, radians there */
-} column;
+static const hetab_csv_wanted wanted[COLUMNS] = {[LAMBDA] = {"lambda|wavelength", HETAB_LENGTH},
+                                                 [THETA_I] = {"thetai", HETAB_ANGLE},
+                                                 [THETA_R] = {"thetar|thetas", HETAB_ANGLE},
+                                                 [PHI] = {"phi", HETAB_ANGLE},
+                                                 [SIGMA0] = {"sigma0", HETAB_LENGTH},
+                                                 [TAU] = {"tau", HETAB_LENGTH},
+                                                 [INDEX_N] = {"n", HETAB_PLAIN},
+                                                 [INDEX_K] = {"k", HETAB_PLAIN},
+                                                 [DIFFUSE] = {"diffusebrdf", HETAB_PLAIN}};
 
-static const column columns[COLUMNS] = {
-    [LAMBDA] = {"lambda_um", offsetof(hetab_point, lambda_um), 1e-6, 1e6, 0},
-    [THETA_I] = {"theta_i_deg", offsetof(hetab_point, theta_i), 0, 90, 1},
-    [THETA_R] = {"theta_r_deg", offsetof(hetab_point, theta_r), 0, 90, 1},
-    [PHI] = {"phi_deg", offsetof(hetab_point, phi), -5e7, 5e7, 1},
-    [SIGMA0] = {"sigma0_um", offsetof(hetab_point, sigma0_um), 1e-9, 1e6, 0},
-    [TAU] = {"tau_um", offsetof(hetab_point, tau_um), 1e-9, 1e6, 0},
-    [INDEX_N] = {"n", offsetof(hetab_point, n), 1e-6, 1e3, 0},
-    [INDEX_K] = {"k", offsetof(hetab_point, k), 0, 1e3, 0},
-    [DIFFUSE] = {"diffuse_brdf", offsetof(hetab_point, diffuse_brdf), 0, 1e3, 0},
+/* hetab_evaluate's limits, here so that a failure can name the line. */
+static const struct {
+  const char *name;
+  size_t offset; /* in hetab_point */
+  hetab_rule rule;
+} columns[COLUMNS] = {
+    [LAMBDA] = {"lambda_um",
+                offsetof(hetab_point, lambda_um),
+                {1e-6, 1e6, "a value from 1e-06 to 1e+06 um"}},
+    [THETA_I] = {"theta_i_deg",
+                 offsetof(hetab_point, theta_i),
+                 {0, M_PI_2, "a value from 0 to 90 degrees"}},
+    [THETA_R] = {"theta_r_deg",
+                 offsetof(hetab_point, theta_r),
+                 {0, M_PI_2, "a value from 0 to 90 degrees"}},
+    [PHI] = {"phi_deg", offsetof(hetab_point, phi), {-1e6, 1e6, "an azimuth below 5e7 degrees"}},
+    [SIGMA0] = {"sigma0_um",
+                offsetof(hetab_point, sigma0_um),
+                {1e-9, 1e6, "a value from 1e-09 to 1e+06 um"}},
+    [TAU] = {"tau_um",
+             offsetof(hetab_point, tau_um),
+             {1e-9, 1e6, "a value from 1e-09 to 1e+06 um"}},
+    [INDEX_N] = {"n", offsetof(hetab_point, n), {1e-6, 1e3, "a value from 1e-06 to 1000"}},
+    [INDEX_K] = {"k", offsetof(hetab_point, k), {0, 1e3, "a value from 0 to 1000"}},
+    [DIFFUSE] = {"diffuse_brdf",
+                 offsetof(hetab_point, diffuse_brdf),
+                 {0, 1e3, "a value from 0 to 1000 / sr"}},
 };
 
-static const char output_header[] = "dd,sp_reflectance,ud,total,g,x";
 static const char *const output_names[] = {"dd", "sp_reflectance", "ud", "total", "g", "x"};
 
 /* ---- the stream ---------------------------------------------------------------------------- */
@@ -48,9 +66,8 @@ typedef struct evaluation {
   hetab_engine *engine;   /* NULL: the literal reference */
   int digits;             /* of the values written */
   int extrapolate;
-  csv_reader reader;
-  size_t fields;            /* in every row */
-  size_t position[COLUMNS]; /* the field that holds a column, or ABSENT */
+  hetab_csv reader;
+  size_t position[COLUMNS]; /* the field that holds a column, or HETAB_CSV_ABSENT */
   hetab_band band;          /* the surface at the wavelength last asked for */
   hetab_point points[BATCH];
   hetab_value values[BATCH];
@@ -58,90 +75,62 @@ typedef struct evaluation {
   size_t text_length, text_capacity;
 } evaluation;
 
-static int fail_read(const evaluation *e, csv_status status) {
-  static const char *const problems[] = {[CSV_LONG] =
-                                             "the line is longer than 65535 bytes: shorten it",
-                                         [CSV_BINARY] = "the line holds a NUL byte: not CSV text"};
-  if (status == CSV_FAILED)
-    return cli_fail("stdin: %s", strerror(errno));
-  return cli_fail("stdin:%zu: %s", e->reader.line, problems[status]);
-}
-
-static int fail_quote(const evaluation *e) {
-  return cli_fail("stdin:%zu: a double quote is not closed: close or remove it", e->reader.line);
-}
-
 /* ---- the header ---------------------------------------------------------------------------- */
 
-static int place_field(evaluation *e, const char *name, size_t field) {
+static int place_column(evaluation *e, int c) {
+  if (hetab_csv_find(&e->reader, c, "lambda_um, wavelength_nm, theta_i_deg or theta_i_rad",
+                     &e->position[c]) == HETAB_OK)
+    return -1;
+  return cli_fail_context(e->ctx);
+}
+
+static int check_name(const evaluation *e, const char *name) {
   for (size_t i = 0; i < sizeof output_names / sizeof *output_names; i++)
     if (strcmp(name, output_names[i]) == 0)
       return cli_fail("stdin:%zu: column '%s' is one that this command appends: rename it",
                       e->reader.line, name);
-  for (int c = 0; c < COLUMNS; c++) {
-    if (strcmp(name, columns[c].name) != 0)
-      continue;
-    if (e->position[c] != ABSENT)
-      return cli_fail("stdin:%zu: column '%s' is there twice: remove one", e->reader.line, name);
-    e->position[c] = field;
-  }
   return -1;
 }
 
 static int check_columns(const evaluation *e) {
   for (int c = 0; c < DIFFUSE; c++) {
     int needed = c < ANGLES_END || !e->surface;
-    if (needed && e->position[c] == ABSENT)
+    if (needed && e->position[c] == HETAB_CSV_ABSENT)
       return cli_fail("stdin:%zu: no column '%s'%s: add it", e->reader.line, columns[c].name,
                       c < ANGLES_END ? "" : ", and no SURFACE given to take it from");
   }
-  if ((e->position[INDEX_N] == ABSENT) != (e->position[INDEX_K] == ABSENT))
+  if ((e->position[INDEX_N] == HETAB_CSV_ABSENT) != (e->position[INDEX_K] == HETAB_CSV_ABSENT))
     return cli_fail("stdin:%zu: columns 'n' and 'k' belong together: give both or none",
                     e->reader.line);
   return -1;
 }
 
+/* The names appended are separated as the others are. */
+static void print_header(const evaluation *e) {
+  fputs(e->reader.content, stdout);
+  for (size_t i = 0; i < sizeof output_names / sizeof *output_names; i++)
+    printf("%c%s", e->reader.separator, output_names[i]);
+  putchar('\n');
+}
+
 static int read_header(evaluation *e) {
-  char *names[MAX_FIELDS], *copy;
-  csv_status read = csv_read(&e->reader);
-  if (read == CSV_END)
+  if (hetab_csv_header(&e->reader, wanted, COLUMNS) != HETAB_OK)
+    return cli_fail_context(e->ctx);
+  if (!e->reader.columns)
     return cli_fail("stdin: no input: give a CSV header line and points");
-  if (read != CSV_OK)
-    return fail_read(e, read);
-  if (!(copy = strdup(e->reader.text)))
-    return cli_fail("out of memory");
   int status = -1;
-  e->fields = csv_split(copy, names, MAX_FIELDS);
-  if (e->fields == 0)
-    status = fail_quote(e);
-  else if (e->fields > MAX_FIELDS)
-    status = cli_fail("stdin:%zu: %zu columns are more than %d: remove some", e->reader.line,
-                      e->fields, MAX_FIELDS);
-  for (int c = 0; c < COLUMNS; c++)
-    e->position[c] = ABSENT;
-  for (size_t i = 0; i < e->fields && status < 0; i++)
-    status = place_field(e, names[i], i);
-  free(copy);
+  for (size_t i = 0; i < e->reader.columns && status < 0; i++)
+    status = check_name(e, e->reader.column[i].name);
+  for (int c = 0; c < COLUMNS && status < 0; c++)
+    status = place_column(e, c);
   if (status < 0)
     status = check_columns(e);
   if (status < 0)
-    printf("%s,%s\n", e->reader.text, output_header);
+    print_header(e);
   return status;
 }
 
 /* ---- rows ---------------------------------------------------------------------------------- */
-
-static int parse_field(const evaluation *e, const column *c, const char *text, double *value) {
-  double number;
-  if (!cli_number(text, &number))
-    return cli_fail("stdin:%zu: %s: '%s' is not a number: give a value from %g to %g",
-                    e->reader.line, c->name, text, c->min, c->max);
-  if (number < c->min || number > c->max)
-    return cli_fail("stdin:%zu: %s: %s is out of range: give a value from %g to %g", e->reader.line,
-                    c->name, text, c->min, c->max);
-  *value = c->angle ? number * M_PI / 180 : number;
-  return -1;
-}
 
 /* Linear between the surface's wavelengths, the end values beyond them. */
 static double diffuse_at(const hetab_surface *surface, double lambda_um) {
@@ -161,7 +150,7 @@ static int update_band(evaluation *e, double lambda_um) {
   if (e->band.lambda_um == lambda_um)
     return -1;
   e->band = (hetab_band){.diffuse_brdf = diffuse_at(e->surface, lambda_um)};
-  if (e->position[INDEX_N] == ABSENT &&
+  if (e->position[INDEX_N] == HETAB_CSV_ABSENT &&
       hetab_index_at(e->ctx, hetab_surface_index(e->surface), lambda_um, e->extrapolate, &e->band.n,
                      &e->band.k) != HETAB_OK)
     return cli_fail("stdin:%zu: lambda_um: %s", e->reader.line, hetab_error_message(e->ctx));
@@ -172,15 +161,15 @@ static int update_band(evaluation *e, double lambda_um) {
 /* What the row does not say, the surface does. */
 static int fill_from_surface(evaluation *e, hetab_point *p) {
   int status = update_band(e, p->lambda_um);
-  if (e->position[SIGMA0] == ABSENT)
+  if (e->position[SIGMA0] == HETAB_CSV_ABSENT)
     p->sigma0_um = hetab_surface_sigma0_um(e->surface);
-  if (e->position[TAU] == ABSENT)
+  if (e->position[TAU] == HETAB_CSV_ABSENT)
     p->tau_um = hetab_surface_tau_um(e->surface);
-  if (e->position[INDEX_N] == ABSENT) {
+  if (e->position[INDEX_N] == HETAB_CSV_ABSENT) {
     p->n = e->band.n;
     p->k = e->band.k;
   }
-  if (e->position[DIFFUSE] == ABSENT)
+  if (e->position[DIFFUSE] == HETAB_CSV_ABSENT)
     p->diffuse_brdf = e->band.diffuse_brdf;
   return status;
 }
@@ -200,25 +189,14 @@ static int check_ratios(const evaluation *e, const hetab_point *p) {
   return -1;
 }
 
-/* Splits `line`, which it ruins, into a point. */
-static int parse_row(evaluation *e, char *line, hetab_point *p) {
-  char *fields[MAX_FIELDS];
-  size_t count = csv_split(line, fields, MAX_FIELDS);
-  if (count == 0)
-    return fail_quote(e);
-  if (count != e->fields)
-    return cli_fail("stdin:%zu: %zu field%s where the header names %zu: %s", e->reader.line, count,
-                    count == 1 ? "" : "s", e->fields,
-                    count < e->fields ? "add the missing value or remove the column"
-                                      : "remove the value or name its column");
+/* The row at hand as a point. */
+static int parse_row(evaluation *e, hetab_point *p) {
   *p = (hetab_point){0};
   for (int c = 0; c < COLUMNS; c++) {
-    if (e->position[c] == ABSENT)
-      continue;
     double *value = (double *)(void *)((char *)p + columns[c].offset);
-    int status = parse_field(e, &columns[c], fields[e->position[c]], value);
-    if (status >= 0)
-      return status;
+    if (e->position[c] != HETAB_CSV_ABSENT &&
+        hetab_csv_number(&e->reader, e->position[c], &columns[c].rule, value) != HETAB_OK)
+      return cli_fail_context(e->ctx);
   }
   int status = e->surface ? fill_from_surface(e, p) : -1;
   return status < 0 ? check_ratios(e, p) : status;
@@ -226,7 +204,7 @@ static int parse_row(evaluation *e, char *line, hetab_point *p) {
 
 /* Keeps the current line for the output. */
 static int keep_line(evaluation *e) {
-  size_t size = e->reader.length + 1;
+  size_t size = strlen(e->reader.content) + 1;
   if (e->text_length + size > e->text_capacity) {
     size_t capacity = 2 * (e->text_capacity + size);
     char *grown = realloc(e->text, capacity);
@@ -235,7 +213,7 @@ static int keep_line(evaluation *e) {
     e->text = grown;
     e->text_capacity = capacity;
   }
-  memcpy(e->text + e->text_length, e->reader.text, size);
+  memcpy(e->text + e->text_length, e->reader.content, size);
   e->text_length += size;
   return -1;
 }
@@ -244,19 +222,31 @@ static int keep_line(evaluation *e) {
 static int read_batch(evaluation *e, size_t *count) {
   e->text_length = 0;
   for (*count = 0; *count < BATCH && e->text_length < BATCH_TEXT; ++*count) {
-    csv_status read = csv_read(&e->reader);
-    if (read == CSV_END)
+    if (hetab_csv_row(&e->reader) != HETAB_OK)
+      return cli_fail_context(e->ctx);
+    if (!e->reader.count)
       return CLI_OK;
     size_t start = e->text_length;
-    int status = read == CSV_OK ? keep_line(e) : fail_read(e, read);
+    int status = keep_line(e);
     if (status < 0)
-      status = parse_row(e, e->reader.text, &e->points[*count]);
+      status = parse_row(e, &e->points[*count]);
     if (status >= 0) {
       e->text_length = start;
       return status;
     }
   }
   return -1;
+}
+
+/* In the file's separators and decimals. */
+static void print_value(const evaluation *e, double value) {
+  char text[32];
+  snprintf(text, sizeof text, "%.*g", e->digits, value);
+  char *point = e->reader.decimal == ',' ? strchr(text, '.') : NULL;
+  if (point)
+    *point = ',';
+  putchar(e->reader.separator);
+  fputs(text, stdout);
 }
 
 static int evaluate_batch(evaluation *e, size_t count) {
@@ -267,9 +257,11 @@ static int evaluate_batch(evaluation *e, size_t count) {
   const char *line = e->text;
   for (size_t i = 0; i < count; i++) {
     const hetab_value *v = &e->values[i];
-    int d = e->digits;
-    printf("%s,%.*g,%.*g,%.*g,%.*g,%.*g,%.*g\n", line, d, v->dd, d, v->specular, d, v->ud, d,
-           v->total, d, v->g, d, v->x);
+    const double values[] = {v->dd, v->specular, v->ud, v->total, v->g, v->x};
+    fputs(line, stdout);
+    for (size_t k = 0; k < sizeof values / sizeof *values; k++)
+      print_value(e, values[k]);
+    putchar('\n');
     line += strlen(line) + 1;
   }
   return ferror(stdout) ? CLI_OK : -1; /* main reports what is wrong with standard output */
@@ -315,13 +307,14 @@ static int run_request(const request *r) {
   evaluation *e = calloc(1, sizeof *e);
   if (!e)
     return cli_fail("out of memory");
-  e->reader.stream = stdin;
   e->ctx = cli_context();
+  hetab_csv_of_stream(e->ctx, "stdin", stdin, &e->reader);
   int status = e->ctx ? prepare(e, r) : CLI_FAILURE;
   if (status < 0)
     status = evaluate_stream(e);
   hetab_engine_free(e->engine);
   hetab_surface_free(e->surface);
+  hetab_csv_clear(&e->reader);
   hetab_context_free(e->ctx);
   free(e->text);
   free(e);
@@ -362,8 +355,9 @@ const cli_command cli_eval = {
         "directional-diffuse BRDF (1/sr), the specular reflectance rho_s(theta_i), the "
         "uniform-diffuse BRDF (1/sr), dd + ud (1/sr), and the model's roughness phase and lateral "
         "variables.\n\n"
-        "Columns, in any order: lambda_um, theta_i_deg, theta_r_deg and phi_deg (the viewer's "
-        "azimuth minus the light's: 180 is the mirror side) have to be there; sigma0_um, tau_um, "
+        "Columns, in any order and separated by commas, semicolons or tabs: lambda_um (or "
+        "wavelength_nm), theta_i_deg, theta_r_deg and phi_deg (the viewer's azimuth minus the "
+        "light's: 180 is the mirror side; or _rad) have to be there; sigma0_um, tau_um, "
         "n, k and diffuse_brdf (1/sr) are taken from SURFACE (a preset or a YAML file) where a "
         "column is missing. Other columns pass through.",
     .run = run,

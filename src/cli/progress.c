@@ -18,7 +18,7 @@ static struct {
   int visible; /* standard error is a terminal that can redraw a line */
   int drawn;   /* there is something to clear */
   char label[32];
-  double start, last;
+  double start, last, done; /* done: at the last call, to see a new run of progress begin */
 } bar;
 
 static int terminal_columns(void) {
@@ -46,6 +46,9 @@ static void draw_bar(double fraction, double rate, double left) {
 static int on_progress(void *user, double done, double total) {
   (void)user;
   double t = hetab_seconds();
+  if (done < bar.done)
+    bar.start = t;
+  bar.done = done;
   if (bar.visible && t - bar.last >= redraw_seconds && done > 0 && total > 0) {
     double rate = done / fmax(t - bar.start, 1e-9);
     draw_bar(fmin(done / total, 1), rate, fmax(total - done, 0) / rate);
@@ -60,6 +63,7 @@ void cli_progress_begin(hetab_context *ctx, const char *label, int quiet) {
   bar.visible = !quiet && !dumb && isatty(STDERR_FILENO);
   snprintf(bar.label, sizeof bar.label, "%s", label);
   bar.start = bar.last = hetab_seconds();
+  bar.done = 0.0;
   if (bar.visible)
     draw(bar.label);
   hetab_set_progress(ctx, on_progress, NULL);

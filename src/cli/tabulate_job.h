@@ -5,23 +5,6 @@
 #include <hetab/hetab.h>
 #include "options.h"
 
-typedef enum output_format {
-  OUTPUT_H5,
-  OUTPUT_MERL,
-  OUTPUT_RGL,
-  OUTPUT_EXR,
-  OUTPUT_FORMATS
-} output_format;
-
-typedef struct table_output {
-  const char *path;
-  output_format format;
-  char *specular_path;        /* MERL, RGL: the CSV of the specular reflectance beside it */
-  hetab_table_writer *writer; /* H5, until it is committed */
-  hetab_table_writer *exr;    /* EXR, likewise */
-  size_t saturated;           /* EXR: pixels too large for half precision */
-} table_output;
-
 /* What the command line asks for. */
 typedef struct tabulate_request {
   const char *surface;
@@ -39,20 +22,13 @@ typedef struct tabulate_job {
   hetab_context *ctx;
   hetab_surface *surface;
   hetab_grid *grid;
-  hetab_preload *preload;
-  hetab_engine *engine; /* NULL if all is done on the host */
-  table_output *outputs;
-  size_t output_count;
-  hetab_h5_options h5_options;
-  hetab_exr_options exr_options;
-  int bad_slab; /* a NaN, infinite or negative entry came */
-  hetab_merl_options merl_options;
-  hetab_merl *merl;
-  hetab_rgl_options rgl_options;
-  hetab_rgl *rgl;
-  hetab_rgl_report rgl_report;
-  hetab_report reports[OUTPUT_FORMATS];
-  double specular_max[OUTPUT_FORMATS]; /* largest rho_s */
+  hetab_engine_options engine;
+  hetab_tabulate_options sample;
+  hetab_h5_options h5;
+  hetab_exr_options exr;
+  hetab_merl_options merl;
+  hetab_rgl_options rgl;
+  hetab_output_report *reports; /* [request->files.count] */
 } tabulate_job;
 
 /* -1 to go on with *request, else the exit status. */

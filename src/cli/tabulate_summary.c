@@ -1,6 +1,7 @@
 /* What a finished tabulation says on standard output. */
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "core/angle.h"
@@ -11,30 +12,42 @@ static double rate(double entries, double seconds) {
   return seconds > 0 ? entries / seconds : 0;
 }
 
-/* Of the file's numbers. */
-static hetab_error_stats file_error(const tabulate_job *job, const table_output *output) {
-  const hetab_error_stats *error = &job->reports[output->format].error;
-  hetab_h5_options rounded = {.element = HETAB_FLOAT, .slabs = job->exr_options.slabs};
-  if (output->format == OUTPUT_EXR)
-    return hetab_h5_error(&rounded, error);
-  return output->format == OUTPUT_H5 ? hetab_h5_error(&job->h5_options, error) : *error;
+/* How the tables were made that a device made; NULL: all on the host. */
+static const hetab_report *device_report(const tabulate_job *job) {
+  const hetab_report *found = NULL;
+  for (size_t i = 0; i < job->request->files.count; i++)
+    if (*job->reports[i].report.device)
+      found = &job->reports[i].report;
+  return found;
 }
 
 /* ---- JSON ---------------------------------------------------------------------------------- */
 
-static json_t *specular_json(const tabulate_job *job, const table_output *output) {
-  double cone = output->format == OUTPUT_MERL ? hetab_degrees(job->merl_options.specular_cone) : 0;
-  return json_pack("{sf so so sf}", "max", job->specular_max[output->format], "file",
-                   cli_json_text(output->specular_path ? output->specular_path : output->path),
-                   "in_table", json_boolean(cone > 0), "cone_deg", cone);
+/* The name of the file that holds the specular reflectance; free() it. */
+static char *specular_file(const tabulate_job *job, size_t i) {
+  hetab_format format = job->reports[i].format;
+  const char *path = job->request->files.items[i];
+  return format == HETAB_FORMAT_MERL || format == HETAB_FORMAT_RGL
+             ? hetab_specular_path(job->ctx, path)
+             : strdup(path);
+}
+
+static json_t *specular_json(const tabulate_job *job, size_t i) {
+  const hetab_output_report *r = &job->reports[i];
+  double cone = r->format == HETAB_FORMAT_MERL ? hetab_degrees(job->merl.specular_cone) : 0;
+  char *file = specular_file(job, i);
+  json_t *json =
+      json_pack("{sf so so sf}", "max", r->specular_max, "file", cli_json_text(file ? file : ""),
+                "in_table", json_boolean(cone > 0), "cone_deg", cone);
+  free(file);
+  return json;
 }
 
 static const char *bands_name(const tabulate_job *job) {
-  return job->rgl_options.bands == HETAB_RGL_SPECTRAL ? "spectral" : "rgb";
+  return job->rgl.bands == HETAB_RGL_SPECTRAL ? "spectral" : "rgb";
 }
 
-static json_t *rgl_json(const tabulate_job *job) {
-  const hetab_rgl_report *r = &job->rgl_report;
+static json_t *rgl_json(const tabulate_job *job, const hetab_rgl_report *r) {
   return json_pack("{ss sf sf sf sf sI sI sI sI}", "bands", bands_name(job), "table_error",
                    r->target, "error_l1", r->error_l1, "bias", r->bias, "error_grazing",
                    r->error_grazing, "theta_i", (json_int_t)r->theta_i_count, "resolution",
@@ -42,46 +55,47 @@ static json_t *rgl_json(const tabulate_job *job) {
                    (json_int_t)r->clamped);
 }
 
-static const char *format_name(output_format format) {
-  static const char *const names[OUTPUT_FORMATS] = {
-      [OUTPUT_H5] = "hdf5", [OUTPUT_MERL] = "merl", [OUTPUT_RGL] = "rgl", [OUTPUT_EXR] = "exr"};
+static const char *format_name(hetab_format format) {
+  static const char *const names[] = {[HETAB_FORMAT_H5] = "hdf5",
+                                      [HETAB_FORMAT_MERL] = "merl",
+                                      [HETAB_FORMAT_RGL] = "rgl",
+                                      [HETAB_FORMAT_EXR] = "exr"};
   return names[format];
 }
 
-static json_t *output_json(const tabulate_job *job, const table_output *output) {
-  const hetab_report *report = &job->reports[output->format];
-  hetab_error_stats error = file_error(job, output);
-  json_t *json = json_pack("{so ss sf sf sf sf sf so so}", "file", cli_json_text(output->path),
-                           "format", format_name(output->format), "entries", report->entries,
-                           "seconds", report->wall_seconds, "entries_per_second",
-                           rate(report->entries, report->wall_seconds), "kernel_seconds",
-                           report->kernel_seconds, "kernel_entries_per_second",
-                           rate(report->entries, report->kernel_seconds), "error",
-                           cli_json_error(&error), "specular", specular_json(job, output));
-  if (json && output->format == OUTPUT_MERL)
+static json_t *output_json(const tabulate_job *job, size_t i) {
+  const hetab_output_report *output = &job->reports[i];
+  const hetab_report *report = &output->report;
+  json_t *json = json_pack(
+      "{so ss sf sf sf sf sf so so}", "file", cli_json_text(job->request->files.items[i]), "format",
+      format_name(output->format), "entries", report->entries, "seconds", report->wall_seconds,
+      "entries_per_second", rate(report->entries, report->wall_seconds), "kernel_seconds",
+      report->kernel_seconds, "kernel_entries_per_second",
+      rate(report->entries, report->kernel_seconds), "error", cli_json_error(&report->error),
+      "specular", specular_json(job, i));
+  if (json && output->format == HETAB_FORMAT_MERL)
     json_object_set_new(json, "clamped", json_integer((json_int_t)report->clamped));
-  if (json && output->format == OUTPUT_EXR)
+  if (json && output->format == HETAB_FORMAT_EXR)
     json_object_set_new(json, "saturated", json_integer((json_int_t)output->saturated));
-  if (json && output->format == OUTPUT_RGL)
-    json_object_set_new(json, "table", rgl_json(job));
+  if (json && output->format == HETAB_FORMAT_RGL)
+    json_object_set_new(json, "table", rgl_json(job, &output->rgl));
   return json;
 }
 
-static json_t *engine_json(const hetab_engine *engine) {
-  if (!engine)
+static json_t *engine_json(const hetab_report *report) {
+  if (!report)
     return json_pack("{sn sn sn sn}", "device", "method", "precision", "tolerance");
-  return json_pack("{so ss ss sf}", "device", cli_json_text(hetab_engine_device(engine)), "method",
-                   hetab_method_name(hetab_engine_method(engine)), "precision",
-                   hetab_precision_name(hetab_engine_precision(engine)), "tolerance",
-                   hetab_engine_tolerance(engine));
+  return json_pack("{so ss ss sf}", "device", cli_json_text(report->device), "method",
+                   hetab_method_name(report->method), "precision",
+                   hetab_precision_name(report->precision), "tolerance", report->tolerance);
 }
 
 static int print_json(const tabulate_job *job) {
   json_t *outputs = json_array();
-  for (size_t i = 0; i < job->output_count; i++)
-    json_array_append_new(outputs, output_json(job, &job->outputs[i]));
+  for (size_t i = 0; i < job->request->files.count; i++)
+    json_array_append_new(outputs, output_json(job, i));
   json_t *json = json_pack("{so}", "surface", cli_json_text(hetab_surface_name(job->surface)));
-  json_object_update_new(json, engine_json(job->engine));
+  json_object_update_new(json, engine_json(device_report(job)));
   json_object_set_new(json, "version", json_string(hetab_version()));
   json_object_set_new(json, "outputs", outputs);
   return cli_json_print(json);
@@ -91,29 +105,27 @@ static int print_json(const tabulate_job *job) {
 
 static int longest_path(const tabulate_job *job) {
   size_t longest = strlen("file");
-  for (size_t i = 0; i < job->output_count; i++)
-    if (strlen(job->outputs[i].path) > longest)
-      longest = strlen(job->outputs[i].path);
+  for (size_t i = 0; i < job->request->files.count; i++)
+    if (strlen(job->request->files.items[i]) > longest)
+      longest = strlen(job->request->files.items[i]);
   return (int)longest;
 }
 
-static void print_row(const tabulate_job *job, const table_output *output, int width) {
-  const hetab_report *report = &job->reports[output->format];
-  hetab_error_stats error = file_error(job, output);
+static void print_row(const char *path, const hetab_report *report, int width) {
+  const hetab_error_stats *error = &report->error;
   char entries[16], speed[16], kernel[16] = "-", max[16], p99[16], rms[16];
   cli_si(report->entries, entries, sizeof entries);
   cli_si(rate(report->entries, report->wall_seconds), speed, sizeof speed);
   if (report->kernel_seconds > 0)
     cli_si(rate(report->entries, report->kernel_seconds), kernel, sizeof kernel);
-  cli_error_text(&error, error.max_rel, max, sizeof max);
-  cli_error_text(&error, error.p99_rel, p99, sizeof p99);
-  cli_error_text(&error, error.rms_rel, rms, sizeof rms);
-  printf("%-*s %8s %8.3f %10s %10s %9s %9s %9s\n", width, output->path, entries,
-         report->wall_seconds, speed, kernel, max, p99, rms);
+  cli_error_text(error, error->max_rel, max, sizeof max);
+  cli_error_text(error, error->p99_rel, p99, sizeof p99);
+  cli_error_text(error, error->rms_rel, rms, sizeof rms);
+  printf("%-*s %8s %8.3f %10s %10s %9s %9s %9s\n", width, path, entries, report->wall_seconds,
+         speed, kernel, max, p99, rms);
 }
 
-static void print_rgl(const tabulate_job *job, const char *path) {
-  const hetab_rgl_report *r = &job->rgl_report;
+static void print_rgl(const tabulate_job *job, const char *path, const hetab_rgl_report *r) {
   printf("%s: %s, %zu incidences of %zu x %zu nodes, %.2f MB; relative L1 error at most %.2g (%.2g "
          "asked for), bias %.2g; beyond 80 degrees %.2g\n",
          path, bands_name(job), r->theta_i_count, r->resolution, r->resolution,
@@ -124,43 +136,52 @@ static void print_rgl(const tabulate_job *job, const char *path) {
            path);
 }
 
-static void print_notes(const tabulate_job *job, const table_output *output) {
-  int merl = output->format == OUTPUT_MERL;
-  double max = job->specular_max[output->format];
-  double cone = merl ? hetab_degrees(job->merl_options.specular_cone) : 0;
-  size_t clamped = job->reports[output->format].clamped;
-  if (output->format == OUTPUT_H5) {
-    printf("%s: specular reflectance, at most %.3g, is in /specular_reflectance\n", output->path,
-           max);
-    return;
-  }
-  if (output->format == OUTPUT_EXR) {
-    printf("%s: specular reflectance, at most %.3g, is in the part specular_reflectance\n",
-           output->path, max);
-    if (output->saturated)
-      printf("%s: %zu pixels above 65504 are stored as 65504: take --exr-type float\n",
-             output->path, output->saturated);
-    return;
-  }
-  if (output->format == OUTPUT_RGL)
-    print_rgl(job, output->path);
+static void print_exr(const char *path, const hetab_output_report *r) {
+  printf("%s: specular reflectance, at most %.3g, is in the part specular_reflectance\n", path,
+         r->specular_max);
+  if (r->saturated)
+    printf("%s: %zu pixels above 65504 are stored as 65504: take --exr-type float\n", path,
+           r->saturated);
+}
+
+/* What is beside MERL and RGL tables. */
+static void print_beside(const tabulate_job *job, size_t i) {
+  const hetab_output_report *r = &job->reports[i];
+  const char *path = job->request->files.items[i];
+  double cone = r->format == HETAB_FORMAT_MERL ? hetab_degrees(job->merl.specular_cone) : 0;
+  char *file = specular_file(job, i);
   if (cone > 0)
     printf("%s: specular reflectance, at most %.3g, folded in as a %g degree lobe; "
            "do not add %s again\n",
-           output->path, max, cone, output->specular_path);
+           path, r->specular_max, cone, file);
   else
-    printf("%s: specular reflectance, at most %.3g, omitted; it is in %s\n", output->path, max,
-           output->specular_path);
-  if (clamped)
-    printf("%s: %zu cells out of gamut: negative values set to 0\n", output->path, clamped);
+    printf("%s: specular reflectance, at most %.3g, omitted; it is in %s\n", path, r->specular_max,
+           file);
+  free(file);
+  if (r->report.clamped)
+    printf("%s: %zu cells out of gamut: negative values set to 0\n", path, r->report.clamped);
+}
+
+static void print_notes(const tabulate_job *job, size_t i) {
+  const hetab_output_report *r = &job->reports[i];
+  const char *path = job->request->files.items[i];
+  if (r->format == HETAB_FORMAT_H5)
+    printf("%s: specular reflectance, at most %.3g, is in /specular_reflectance\n", path,
+           r->specular_max);
+  else if (r->format == HETAB_FORMAT_EXR)
+    print_exr(path, r);
+  else {
+    if (r->format == HETAB_FORMAT_RGL)
+      print_rgl(job, path, &r->rgl);
+    print_beside(job, i);
+  }
 }
 
 static void print_engine(const tabulate_job *job) {
-  const hetab_engine *engine = job->engine;
-  if (engine)
-    printf("%s on %s, method %s, %s\n", hetab_surface_name(job->surface),
-           hetab_engine_device(engine), hetab_method_name(hetab_engine_method(engine)),
-           hetab_precision_name(hetab_engine_precision(engine)));
+  const hetab_report *report = device_report(job);
+  if (report)
+    printf("%s on %s, method %s, %s\n", hetab_surface_name(job->surface), report->device,
+           hetab_method_name(report->method), hetab_precision_name(report->precision));
   else
     printf("%s on the host\n", hetab_surface_name(job->surface));
 }
@@ -170,10 +191,10 @@ static int print_text(const tabulate_job *job) {
   print_engine(job);
   printf("%-*s %8s %8s %10s %10s %9s %9s %9s\n", width, "file", "entries", "seconds", "entries/s",
          "kernel/s", "max error", "p99 error", "RMS error");
-  for (size_t i = 0; i < job->output_count; i++)
-    print_row(job, &job->outputs[i], width);
-  for (size_t i = 0; i < job->output_count; i++)
-    print_notes(job, &job->outputs[i]);
+  for (size_t i = 0; i < job->request->files.count; i++)
+    print_row(job->request->files.items[i], &job->reports[i].report, width);
+  for (size_t i = 0; i < job->request->files.count; i++)
+    print_notes(job, i);
   return CLI_OK;
 }
 

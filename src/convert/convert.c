@@ -2,7 +2,6 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include <unistd.h>
 
 #include <hetab/table.h>
@@ -10,27 +9,17 @@
 #include "convert/outputs.h"
 #include "core/options.h"
 #include "core/atomic_file.h"
+#include "table/table_format.h"
 #include "convert/trial.h"
 
 const char *hetab_format_name(hetab_format format) {
-  static const char *const names[] = {"HDF5", "MERL", "RGL"};
+  static const char *const names[] = {"HDF5", "MERL", "RGL", "OpenEXR"};
   return names[format];
 }
 
 static hetab_status format_of_output(hetab_context *ctx, const char *path, hetab_format *format) {
-  static const struct {
-    const char *ending;
-    hetab_format format;
-  } endings[] = {{".h5", HETAB_FORMAT_H5},
-                 {".hdf5", HETAB_FORMAT_H5},
-                 {".binary", HETAB_FORMAT_MERL},
-                 {".bsdf", HETAB_FORMAT_RGL}};
-  const char *dot = strrchr(path, '.');
-  for (size_t i = 0; dot && i < sizeof endings / sizeof *endings; i++)
-    if (strcasecmp(dot, endings[i].ending) == 0) {
-      *format = endings[i].format;
-      return HETAB_OK;
-    }
+  if (hetab_format_by_ending(path, format) && *format != HETAB_FORMAT_EXR)
+    return HETAB_OK;
   return hetab_fail(ctx, HETAB_ERR_UNSUPPORTED,
                     "'%s': tables are converted to .h5 (HDF5), .binary (MERL) or .bsdf (RGL); "
                     "choose the ending",
@@ -54,6 +43,8 @@ static hetab_status write_table(hetab_context *ctx, hetab_convert_source *source
     return hetab_convert_to_merl(ctx, source, path, options);
   case HETAB_FORMAT_RGL:
     return hetab_convert_to_rgl(ctx, source, path, options);
+  case HETAB_FORMAT_EXR: /* refused before */
+    break;
   }
   return HETAB_ERR_UNSUPPORTED;
 }

@@ -13,6 +13,7 @@
 #include "lookup/specular.h"
 #include "rgl/rgl_table.h"
 #include "table/h5_head.h"
+#include "table/specular_file.h"
 
 /* ---- HDF5 ---------------------------------------------------------------------------------- */
 
@@ -221,36 +222,26 @@ hetab_status hetab_convert_to_rgl(hetab_context *ctx, hetab_convert_source *sour
 
 /* ---- the specular delta -------------------------------------------------------------------- */
 
-enum { ANGLES = 91 };
-
-static hetab_status out_of_memory(hetab_context *ctx, const char *path) {
-  return hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for '%s'", path);
-}
+enum { ANGLES = HETAB_SPECULAR_ANGLES };
 
 /* Every degree of every wavelength of the table, before it was made sRGB. */
 static hetab_status write_csv(hetab_context *ctx, const hetab_convert_source *source,
                               const char *path, int overwrite) {
-  const double *lambda_um = hetab_lookup_wavelengths_um(source->table);
-  float *rho = hetab_alloc(ctx, ANGLES, source->channels_in * sizeof *rho);
-  char *text = NULL;
-  size_t size;
-  FILE *stream = rho ? open_memstream(&text, &size) : NULL;
-  if (!stream) {
-    free(rho);
-    return out_of_memory(ctx, path);
+  size_t count = source->channels_in;
+  float *at = hetab_alloc(ctx, count, sizeof *at);
+  double *rho = hetab_alloc(ctx, ANGLES, count * sizeof *rho);
+  hetab_status status = at && rho ? HETAB_OK : HETAB_ERR_MEMORY;
+  for (size_t i = 0; i < ANGLES && status == HETAB_OK; i++) {
+    double theta_i = (double)i * M_PI / 180;
+    const float wi[3] = {(float)sin(theta_i), 0, (float)cos(theta_i)};
+    hetab_lookup_specular(source->table, wi, at);
+    for (size_t w = 0; w < count; w++)
+      rho[w * ANGLES + i] = (double)at[w];
   }
-  for (int i = 0; i < ANGLES; i++) {
-    const float wi[3] = {(float)sin(i * M_PI / 180), 0, (float)cos(i * M_PI / 180)};
-    hetab_lookup_specular(source->table, wi, rho + (size_t)i * source->channels_in);
-  }
-  fputs("wavelength_nm,theta_i_deg,rho_s\n", stream);
-  for (size_t b = 0; b < source->channels_in; b++)
-    for (int i = 0; i < ANGLES; i++)
-      fprintf(stream, "%.10g,%d,%.9g\n", 1000 * lambda_um[b], i,
-              (double)rho[(size_t)i * source->channels_in + b]);
-  hetab_status status = fclose(stream) == 0 ? hetab_text_save(ctx, path, text, size, overwrite)
-                                            : out_of_memory(ctx, path);
-  free(text);
+  if (status == HETAB_OK)
+    status = hetab_specular_save(ctx, path, hetab_lookup_wavelengths_um(source->table), count, rho,
+                                 overwrite);
+  free(at);
   free(rho);
   return status;
 }

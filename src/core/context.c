@@ -4,6 +4,7 @@
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 hetab_status hetab_context_create(hetab_context **out) {
   *out = calloc(1, sizeof **out);
@@ -66,4 +67,18 @@ void *hetab_alloc(hetab_context *ctx, size_t count, size_t size) {
   if (!memory)
     hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for %zu elements of %zu bytes", count, size);
   return memory;
+}
+
+hetab_status hetab_grow(hetab_context *ctx, void *array, size_t size, size_t count, size_t *room) {
+  void *old, *larger;
+  size_t wanted = count + count / 2 + 64;
+  if (count <= *room)
+    return HETAB_OK;
+  memcpy(&old, array, sizeof old);
+  larger = wanted > count && wanted < SIZE_MAX / size ? realloc(old, wanted * size) : NULL;
+  if (!larger)
+    return hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for %zu times %zu bytes", wanted, size);
+  memcpy(array, &larger, sizeof larger);
+  *room = wanted;
+  return HETAB_OK;
 }

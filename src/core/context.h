@@ -23,6 +23,11 @@ hetab_status hetab_progress(hetab_context *ctx, double done, double total);
 /* Zeroed memory for count elements; NULL with HETAB_ERR_MEMORY recorded on failure or overflow. */
 void *hetab_alloc(hetab_context *ctx, size_t count, size_t size);
 
+/* Room for `count` elements of that size in *(T **)array, which has *room of them and grows by
+ * half.
+ */
+hetab_status hetab_grow(hetab_context *ctx, void *array, size_t size, size_t count, size_t *room);
+
 /* The first failure ends the function. */
 #define HETAB_TRY(expression)                                                                      \
   do {                                                                                             \

@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 /* As the model's limits (model/limits.c). */
 const hetab_rule hetab_rule_length = {1e-9, 1e6, "a length from 1e-9 to 1e6 um"};
@@ -39,6 +40,27 @@ bool hetab_number_parse(const char *text, double *value) {
   char *end;
   *value = strtod_l(text, &end, get_c_locale());
   return end == text + length;
+}
+
+bool hetab_number_missing(const char *text) {
+  static const char *const words[] = {"nan", "inf", "infinity", "bad", "null", "na", "n/a", "none"};
+  if (!text[strspn(text, "-*")]) /* "", "-", "---", "****" */
+    return true;
+  text += *text == '-' || *text == '+';
+  for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+    if (strcasecmp(text, words[i]) == 0)
+      return true;
+  return false;
+}
+
+bool hetab_number_or_missing(const char *text, double *value) {
+  if (hetab_number_parse(text, value)) {
+    if (!isfinite(*value)) /* more than a double holds */
+      *value = NAN;
+    return true;
+  }
+  *value = NAN;
+  return hetab_number_missing(text);
 }
 
 hetab_status hetab_number_read(hetab_context *ctx, const char *text, const hetab_rule *rule,

@@ -23,6 +23,13 @@ extern const hetab_rule hetab_rule_any;         /* any finite number */
  * are no numbers here; what overflows comes out as infinity. */
 bool hetab_number_parse(const char *text, double *value);
 
+/* Whether the text is one of the spellings that programs give to a value they do not have: "",
+ * "nan",
+ * "-inf", "bad", "---". */
+bool hetab_number_missing(const char *text);
+/* A number, or NaN for such a word; false: neither. */
+bool hetab_number_or_missing(const char *text, double *value);
+
 /* Parse and check; the messages name the text and what is wanted. */
 hetab_status hetab_number_read(hetab_context *ctx, const char *text, const hetab_rule *rule,
                                double *value);

@@ -2,6 +2,7 @@
 
 #include <ctype.h>
 #include <errno.h>
+#include <iconv.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -51,6 +52,8 @@ static hetab_status read_all(hetab_context *ctx, const char *path, FILE *file, s
   return HETAB_OK;
 }
 
+/* ---- encodings ----------------------------------------------------------------------------- */
+
 static void strip_byte_order_mark(char *text, size_t *length) {
   if (strncmp(text, "\xEF\xBB\xBF", 3) != 0)
     return;
@@ -58,20 +61,56 @@ static void strip_byte_order_mark(char *text, size_t *length) {
   memmove(text, text + 3, *length + 1);
 }
 
-hetab_status hetab_text_read(hetab_context *ctx, const char *path, char **text, size_t *length) {
-  return hetab_text_read_up_to(ctx, path, MAX_BYTES, text, length);
+static bool is_utf8(const char *text) {
+  for (const unsigned char *c = (const unsigned char *)text; *c;) {
+    int more = *c < 0x80 ? 0 : *c >= 0xC2 && *c < 0xE0 ? 1 : *c >= 0xE0 && *c < 0xF0 ? 2 : 3;
+    if (*c >= 0xF5 || (*c >= 0x80 && *c < 0xC2))
+      return false;
+    for (c++; more > 0; more--, c++)
+      if ((*c & 0xC0) != 0x80)
+        return false;
+  }
+  return true;
 }
 
-hetab_status hetab_text_read_up_to(hetab_context *ctx, const char *path, size_t most, char **text,
-                                   size_t *length) {
-  FILE *file = fopen(path, "rb");
+/* Half a character at the end is left out. */
+static hetab_status convert(hetab_context *ctx, const char *path, const char *from, char **text,
+                            size_t *length) {
+  size_t room = 2 * *length, in = *length, out = room; /* both grow by at most that */
+  iconv_t converter = iconv_open("UTF-8", from);
+  char *bytes = malloc(room + 1), *source = *text, *target = bytes;
+  bool good = bytes && converter != (iconv_t)-1 &&
+              (iconv(converter, &source, &in, &target, &out) != (size_t)-1 || errno == EINVAL);
+  if (converter != (iconv_t)-1)
+    iconv_close(converter);
+  free(*text);
+  *text = NULL;
+  if (!good) {
+    free(bytes);
+    return hetab_fail(ctx, HETAB_ERR_PARSE, "%s: cannot be converted from %s: save it in UTF-8",
+                      path, from);
+  }
+  *text = bytes;
+  *length = room - out;
+  bytes[*length] = '\0';
+  return HETAB_OK;
+}
+
+/* ---- files --------------------------------------------------------------------------------- */
+
+static hetab_status read_bytes(hetab_context *ctx, const char *path, size_t most, char **text,
+                               size_t *length) {
+  FILE *file = fopen(path, "rbe");
   if (!file)
     return hetab_fail(ctx, HETAB_ERR_IO, "%s: cannot open: %s: check the path", path,
                       strerror(errno));
   hetab_status status = is_larger(file, most) ? fail_large(ctx, path, most)
                                               : read_all(ctx, path, file, most, text, length);
   fclose(file);
-  HETAB_TRY(status);
+  return status;
+}
+
+static hetab_status check_text(hetab_context *ctx, const char *path, char **text, size_t *length) {
   const char *nul = memchr(*text, '\0', *length);
   if (nul) {
     size_t line = hetab_text_line(*text, (size_t)(nul - *text));
@@ -82,6 +121,23 @@ hetab_status hetab_text_read_up_to(hetab_context *ctx, const char *path, size_t 
   }
   strip_byte_order_mark(*text, length);
   return HETAB_OK;
+}
+
+hetab_status hetab_text_read(hetab_context *ctx, const char *path, char **text, size_t *length) {
+  HETAB_TRY(read_bytes(ctx, path, MAX_BYTES, text, length));
+  return check_text(ctx, path, text, length);
+}
+
+hetab_status hetab_text_read_any(hetab_context *ctx, const char *path, size_t most, char **text,
+                                 size_t *length) {
+  HETAB_TRY(read_bytes(ctx, path, most, text, length));
+  bool little = *length >= 2 && memcmp(*text, "\xFF\xFE", 2) == 0;
+  bool big = *length >= 2 && memcmp(*text, "\xFE\xFF", 2) == 0;
+  if (little || big)
+    HETAB_TRY(convert(ctx, path, "UTF-16", text, length));
+  else if (!is_utf8(*text))
+    HETAB_TRY(convert(ctx, path, "ISO-8859-1", text, length));
+  return check_text(ctx, path, text, length);
 }
 
 size_t hetab_text_line(const char *text, size_t offset) {

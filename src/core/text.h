@@ -9,9 +9,10 @@
 /* The whole file, NUL-terminated, without a UTF-8 byte order mark; free() it. Files with NUL bytes
  * (binary, UTF-16) and files over 16 MiB are refused: no index or surface comes near that. */
 hetab_status hetab_text_read(hetab_context *ctx, const char *path, char **text, size_t *length);
-/* The same for files of data, up to `most` bytes. */
-hetab_status hetab_text_read_up_to(hetab_context *ctx, const char *path, size_t most, char **text,
-                                   size_t *length);
+/* The same of up to `most` bytes of data, which may be UTF-8, UTF-16 with its byte order mark, or
+ * else Latin-1; it comes as UTF-8. */
+hetab_status hetab_text_read_any(hetab_context *ctx, const char *path, size_t most, char **text,
+                                 size_t *length);
 
 /* The line, from 1, of text[offset]. */
 size_t hetab_text_line(const char *text, size_t offset);

@@ -5,7 +5,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
+#include "core/csv.h"
 #include "model/colour.h"
 
 static hetab_status allocate(hetab_context *ctx, size_t channels, size_t count,
@@ -22,8 +24,11 @@ void hetab_specular_clear(hetab_specular_table *specular) {
   *specular = (hetab_specular_table){0};
 }
 
+/* As much above 1 as rounding makes of it. */
+#define MOST_RHO 1.000001
+
 static int is_reflectance(double rho) {
-  return rho >= 0 && rho <= 1.000001;
+  return rho >= 0 && rho <= MOST_RHO;
 }
 
 /* ---- HDF5 ---------------------------------------------------------------------------------- */
@@ -54,7 +59,7 @@ hetab_status hetab_specular_of_h5(hetab_context *ctx, hetab_h5_table *table, con
 /* ---- CSV ----------------------------------------------------------------------------------- */
 
 typedef struct csv_row {
-  double nm, deg, rho;
+  double um, theta, rho;
 } csv_row;
 
 typedef struct csv {
@@ -62,61 +67,45 @@ typedef struct csv {
   size_t count, room, angles, waves;
 } csv;
 
-enum { MOST_ROWS = 10000000 };
+enum { MOST_BYTES = 256 << 20, COLUMNS = 3 };
 
-static hetab_status add_row(hetab_context *ctx, const char *path, size_t line, const char *text,
-                            csv *file) {
-  csv_row row;
-  int end = 0;
-  if (sscanf(text, "%lf,%lf,%lf %n", &row.nm, &row.deg, &row.rho, &end) != 3 || text[end] ||
-      !(row.nm > 0 && row.nm < 1e9 && row.deg >= 0 && row.deg <= 90 && is_reflectance(row.rho)))
-    return hetab_fail(ctx, HETAB_ERR_PARSE,
-                      "'%s', line %zu: expected wavelength_nm,theta_i_deg,rho_s with theta_i in "
-                      "[0, 90] and rho_s in [0, 1]",
-                      path, line);
-  if (file->count == file->room) {
-    size_t room = file->room ? 2 * file->room : 1024;
-    csv_row *more = room <= MOST_ROWS ? realloc(file->rows, room * sizeof *more) : NULL;
-    if (!more)
-      return hetab_fail(ctx, HETAB_ERR_MEMORY, "'%s' is too long: over %zu lines", path,
-                        file->count);
-    file->rows = more;
-    file->room = room;
+static hetab_status read_rows(hetab_csv *text, csv *file) {
+  static const hetab_csv_wanted wanted[COLUMNS] = {
+      {"wavelength|lambda", HETAB_LENGTH}, {"thetai", HETAB_ANGLE}, {"rhos", HETAB_PLAIN}};
+  static const hetab_rule rules[COLUMNS] = {{1e-9, 1e6, "a wavelength above 0"},
+                                            {0, M_PI_2, "theta_i in [0, 90] degrees"},
+                                            {0, MOST_RHO, "rho_s in [0, 1]"}};
+  static const char header[] = "wavelength_nm,theta_i_deg,rho_s";
+  size_t at[COLUMNS];
+  HETAB_TRY(hetab_csv_header(text, wanted, COLUMNS));
+  for (int c = 0; c < COLUMNS; c++) {
+    HETAB_TRY(hetab_csv_find(text, c, header, &at[c]));
+    if (at[c] == HETAB_CSV_ABSENT)
+      return hetab_csv_fail(text, "expected the header %s", header);
   }
-  file->rows[file->count++] = row;
-  return HETAB_OK;
-}
-
-static hetab_status read_rows(hetab_context *ctx, const char *path, FILE *stream, csv *file) {
-  char *text = NULL;
-  size_t size = 0, line = 0;
-  hetab_status status = HETAB_OK;
-  while (status == HETAB_OK && getline(&text, &size, stream) > 0) {
-    line++;
-    if (line == 1 && strncmp(text, "wavelength_nm,theta_i_deg,rho_s", 31) != 0)
-      status =
-          hetab_fail(ctx, HETAB_ERR_PARSE,
-                     "'%s', line 1: expected the header wavelength_nm,theta_i_deg,rho_s", path);
-    else if (line > 1)
-      status = add_row(ctx, path, line, text, file);
+  for (;; file->count++) {
+    HETAB_TRY(hetab_csv_row(text));
+    if (!text->count)
+      return file->count ? HETAB_OK : hetab_csv_fail(text, "holds no rows");
+    HETAB_TRY(hetab_grow(text->ctx, &file->rows, sizeof *file->rows, file->count + 1, &file->room));
+    csv_row *row = &file->rows[file->count];
+    double *const values[COLUMNS] = {&row->um, &row->theta, &row->rho};
+    for (int c = 0; c < COLUMNS; c++)
+      HETAB_TRY(hetab_csv_number(text, at[c], &rules[c], values[c]));
   }
-  free(text);
-  if (status == HETAB_OK && !file->count)
-    status = hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' holds no rows", path);
-  return status;
 }
 
 static hetab_status check_order(hetab_context *ctx, const char *path, csv *file) {
   const csv_row *rows = file->rows;
-  while (file->angles < file->count && rows[file->angles].nm == rows[0].nm)
+  while (file->angles < file->count && rows[file->angles].um == rows[0].um)
     file->angles++;
   file->waves = file->count / file->angles;
   int sound = file->waves * file->angles == file->count;
   for (size_t i = 0; i < file->count && sound; i++) {
     size_t wave = i / file->angles, angle = i % file->angles;
-    sound = rows[i].deg == rows[angle].deg && rows[i].nm == rows[wave * file->angles].nm &&
-            (angle == 0 || rows[i].deg > rows[i - 1].deg) &&
-            (wave == 0 || rows[i].nm > rows[i - file->angles].nm);
+    sound = rows[i].theta == rows[angle].theta && rows[i].um == rows[wave * file->angles].um &&
+            (angle == 0 || rows[i].theta > rows[i - 1].theta) &&
+            (wave == 0 || rows[i].um > rows[i - file->angles].um);
   }
   return sound ? HETAB_OK
                : hetab_fail(ctx, HETAB_ERR_PARSE,
@@ -148,13 +137,13 @@ static hetab_status mix(hetab_context *ctx, const csv *file, size_t channels,
   hetab_status status =
       from_um && weight ? allocate(ctx, channels, file->angles, s) : HETAB_ERR_MEMORY;
   for (size_t w = 0; w < file->waves && status == HETAB_OK; w++)
-    from_um[w] = file->rows[w * file->angles].nm / 1000;
+    from_um[w] = file->rows[w * file->angles].um;
   if (status == HETAB_OK && lambda_um)
     band_weights(from_um, file->waves, lambda_um, channels, weight);
   else if (status == HETAB_OK)
     status = hetab_srgb_weights(ctx, from_um, file->waves, (double(*)[3])weight);
   for (size_t i = 0; i < file->angles && status == HETAB_OK; i++) {
-    s->theta[i] = file->rows[i].deg * M_PI / 180;
+    s->theta[i] = file->rows[i].theta;
     for (size_t c = 0; c < channels; c++) {
       double sum = 0;
       for (size_t w = 0; w < file->waves; w++)
@@ -167,30 +156,19 @@ static hetab_status mix(hetab_context *ctx, const csv *file, size_t channels,
   return status;
 }
 
-char *hetab_specular_path(hetab_context *ctx, const char *path) {
-  char *name;
-  const char *slash = strrchr(path, '/'), *dot = strrchr(path, '.');
-  int stem = (int)(dot && (!slash || dot > slash) ? (size_t)(dot - path) : strlen(path));
-  if (asprintf(&name, "%.*s.specular.csv", stem, path) >= 0)
-    return name;
-  hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for the name of '%s'", path);
-  return NULL;
-}
-
 static hetab_status read_csv(hetab_context *ctx, const char *path, size_t channels,
                              const double *lambda_um, hetab_specular_table *s) {
   csv file = {0};
-  FILE *stream = fopen(path, "re");
-  if (!stream)
-    return errno == ENOENT || errno == ENOTDIR
-               ? HETAB_OK
-               : hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': %m", path);
-  hetab_status status = read_rows(ctx, path, stream, &file);
+  hetab_csv text;
+  if (access(path, F_OK) != 0 && (errno == ENOENT || errno == ENOTDIR))
+    return HETAB_OK;
+  HETAB_TRY(hetab_csv_open(ctx, path, MOST_BYTES, &text));
+  hetab_status status = read_rows(&text, &file);
   if (status == HETAB_OK)
     status = check_order(ctx, path, &file);
   if (status == HETAB_OK)
     status = mix(ctx, &file, channels, lambda_um, s);
-  fclose(stream);
+  hetab_csv_clear(&text);
   free(file.rows);
   return status;
 }

@@ -15,8 +15,6 @@ typedef struct hetab_specular_table {
 /* /specular_reflectance of a table of ours. */
 hetab_status hetab_specular_of_h5(hetab_context *ctx, hetab_h5_table *table, const char *path,
                                   hetab_specular_table *specular);
-/* NAME.binary -> NAME.specular.csv; free() it. */
-char *hetab_specular_path(hetab_context *ctx, const char *path);
 /* hetab_specular_path() of NAME.binary or NAME.bsdf, none where there is no such file: to linear
  * sRGB, or to the given wavelengths (um). */
 hetab_status hetab_specular_beside(hetab_context *ctx, const char *path, size_t channels,

@@ -5,10 +5,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 #include "measured/measurements_internal.h"
-#include "core/number.h"
 
 /* No gonioreflectometer measures outside: beyond lies a wavelength in the wrong unit. */
 static const double shortest_um = 0.01, longest_um = 100;
@@ -20,25 +18,9 @@ hetab_status hetab_sheet_fail(hetab_sheet *sheet, const char *format, ...) {
   va_start(args, format);
   vsnprintf(text, sizeof text, format, args);
   va_end(args);
-  if (!sheet->line)
-    return hetab_fail(sheet->ctx, HETAB_ERR_PARSE, "%s: %s", sheet->path, text);
-  return hetab_fail(sheet->ctx, HETAB_ERR_PARSE, "%s:%zu: %s", sheet->path, sheet->line, text);
-}
-
-bool hetab_measured_value(const char *text, double *value) {
-  static const char *const missing[] = {"", "nan", "inf", "infinity"};
-  if (hetab_number_parse(text, value)) {
-    if (!isfinite(*value)) /* more than a double holds */
-      *value = NAN;
-    return true;
-  }
-  text += *text == '-' || *text == '+';
-  for (size_t i = 0; i < sizeof missing / sizeof *missing; i++)
-    if (strcasecmp(text, missing[i]) == 0) {
-      *value = NAN;
-      return true;
-    }
-  return false;
+  if (sheet->csv.text)
+    return hetab_csv_fail(&sheet->csv, "%s", text);
+  return hetab_fail(sheet->ctx, HETAB_ERR_PARSE, "%s: %s", sheet->path, text);
 }
 
 /* ---- wavelengths --------------------------------------------------------------------------- */

@@ -5,12 +5,13 @@
 #include <stdbool.h>
 #include <hetab/measurements.h>
 
-#include "core/context.h"
+#include "core/csv.h"
 
 typedef struct hetab_sheet {
   hetab_context *ctx;
   const char *path;
-  size_t line;       /* of the file, from 1, that is being read; 0: the file has no lines */
+  hetab_csv csv;     /* of text */
+  size_t first_line; /* of its rows */
   double *lambda_um; /* [wavelengths], ascending */
   size_t *column;    /* [wavelengths]: where the file's i-th wavelength goes */
   size_t wavelengths;
@@ -37,18 +38,14 @@ hetab_status hetab_sheet_add(hetab_sheet *sheet, const hetab_measured_angles *an
 hetab_status hetab_sheet_finish(hetab_sheet *sheet, hetab_measurements **out);
 void hetab_sheet_clear(hetab_sheet *sheet);
 
-/* HETAB_ERR_PARSE, "PATH:LINE: " before the message. */
+/* HETAB_ERR_PARSE, "PATH:LINE: " before the message, or "PATH: " if the file is no text. */
 hetab_status hetab_sheet_fail(hetab_sheet *sheet, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
-/* A value, in any of the spellings that programs give to what they could not measure: "", "nan",
- * "-inf" become NaN. False for what is no number at all. */
-bool hetab_measured_value(const char *text, double *value);
-
-/* The readers. text is the file's, NUL-terminated, and may be changed. */
-hetab_status hetab_measurements_read_brdf(hetab_sheet *sheet, char *text);
-hetab_status hetab_measurements_read_astm(hetab_sheet *sheet, char *text);
-hetab_status hetab_measurements_read_csv(hetab_sheet *sheet, char *text);
+/* The readers. */
+hetab_status hetab_measurements_read_brdf(hetab_sheet *sheet);
+hetab_status hetab_measurements_read_astm(hetab_sheet *sheet);
+hetab_status hetab_measurements_read_csv(hetab_sheet *sheet);
 hetab_status hetab_measurements_read_merl(hetab_sheet *sheet);
 hetab_status hetab_measurements_read_h5(hetab_sheet *sheet);
 

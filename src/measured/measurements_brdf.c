@@ -6,38 +6,38 @@
 #include <string.h>
 
 #include "measured/measurement_sheet.h"
-#include "measured/measurement_text.h"
-#include "core/number.h"
 
 enum { ANGLES = 4 };
 
 typedef struct words {
   hetab_sheet *sheet;
-  char *text;    /* what follows the line at hand */
-  char *rest;    /* of the line at hand; NULL or "": none */
-  size_t length; /* of the whole text: no file has more numbers than half of it */
+  char *rest; /* of the line at hand; NULL or "": none */
 } words;
 
 /* The next word, on the next line with content if this one has ended; NULL at the end of the text.
  */
-static char *next_word(words *w) {
+static hetab_status next_word(words *w, char **word) {
+  static const char blanks[] = " \t,";
   while (!w->rest || !*w->rest) {
-    w->rest = hetab_cut_content(&w->text, &w->sheet->line);
+    HETAB_TRY(hetab_csv_line(&w->sheet->csv));
+    w->rest = *word = w->sheet->csv.content;
     if (!w->rest)
-      return NULL;
+      return HETAB_OK;
+    w->rest[strcspn(w->rest, "#")] = '\0';
+    w->rest += strspn(w->rest, blanks);
   }
-  char *word = w->rest;
-  size_t span = strcspn(word, " \t,");
-  w->rest = word + span;
+  *word = w->rest;
+  w->rest += strcspn(w->rest, blanks);
   if (*w->rest) {
     *w->rest++ = '\0';
-    w->rest += strspn(w->rest, " \t,");
+    w->rest += strspn(w->rest, blanks);
   }
-  return word;
+  return HETAB_OK;
 }
 
 static hetab_status next_number(words *w, const char *what, double *value) {
-  const char *word = next_word(w);
+  char *word;
+  HETAB_TRY(next_word(w, &word));
   if (!word)
     return hetab_sheet_fail(w->sheet, "the file ends before the %s: get a complete copy", what);
   if (!hetab_number_parse(word, value) || !isfinite(*value))
@@ -48,7 +48,7 @@ static hetab_status next_number(words *w, const char *what, double *value) {
 static hetab_status read_wavelengths(words *w) {
   double count = 0;
   HETAB_TRY(next_number(w, "number of wavelengths", &count));
-  if (!(count >= 1 && count == floor(count) && count <= (double)w->length / 2))
+  if (!(count >= 1 && count == floor(count) && count <= (double)strlen(w->sheet->csv.text) / 2))
     return hetab_sheet_fail(w->sheet,
                             "%g wavelengths: the file begins with their number, then the "
                             "wavelengths in nm",
@@ -65,16 +65,22 @@ static hetab_status read_wavelengths(words *w) {
   return status;
 }
 
-/* numbers[0] has been read from `first`; the others follow. */
-static hetab_status read_row(words *w, const char *first, double *numbers) {
-  size_t count = ANGLES + w->sheet->wavelengths, start = w->sheet->line;
+/* The file's next row; *end where there is none. */
+static hetab_status read_row(words *w, double *numbers, bool *end) {
+  size_t count = ANGLES + w->sheet->wavelengths, start = 0;
+  *end = false;
   for (size_t i = 0; i < count; i++) {
-    const char *word = i ? next_word(w) : first;
+    char *word;
+    HETAB_TRY(next_word(w, &word));
+    start = i ? start : w->sheet->csv.line;
+    *end = !word && i == 0;
+    if (*end)
+      return HETAB_OK;
     if (!word)
       return hetab_sheet_fail(w->sheet, "the file ends %zu numbers short of a row: complete it",
                               count - i);
     bool good = i < ANGLES ? hetab_number_parse(word, &numbers[i]) && isfinite(numbers[i])
-                           : hetab_measured_value(word, &numbers[i]);
+                           : hetab_number_or_missing(word, &numbers[i]);
     if (!good)
       return hetab_sheet_fail(w->sheet, "'%.40s' is not a number: give %s", word,
                               i < ANGLES ? "theta_i phi_i theta_s phi_s in radians"
@@ -92,16 +98,17 @@ static hetab_status read_rows(words *w, double *numbers) {
   if (w->rest && *w->rest)
     return hetab_sheet_fail(w->sheet, "more than %zu wavelengths: begin the rows on a new line",
                             w->sheet->wavelengths);
-  for (const char *first; (first = next_word(w));) {
-    HETAB_TRY(read_row(w, first, numbers));
+  for (bool end;;) {
+    HETAB_TRY(read_row(w, numbers, &end));
+    if (end)
+      return HETAB_OK;
     hetab_measured_angles angles = {numbers[0], numbers[1], numbers[2], numbers[3]};
     HETAB_TRY(hetab_sheet_add(w->sheet, &angles, numbers + ANGLES));
   }
-  return HETAB_OK;
 }
 
-hetab_status hetab_measurements_read_brdf(hetab_sheet *sheet, char *text) {
-  words w = {.sheet = sheet, .text = text, .length = strlen(text)};
+hetab_status hetab_measurements_read_brdf(hetab_sheet *sheet) {
+  words w = {.sheet = sheet};
   HETAB_TRY(read_wavelengths(&w));
   double *numbers = hetab_alloc(sheet->ctx, ANGLES + sheet->wavelengths, sizeof *numbers);
   hetab_status status = numbers ? read_rows(&w, numbers) : HETAB_ERR_MEMORY;

@@ -1,209 +1,165 @@
-/* CSV, a value a row: columns in any order, found by name; the rows of one pair of directions are
- * brought together. A pair that was measured twice at a wavelength stays two. */
-#include <ctype.h>
+/* Tables: columns in any order, found by name, a value a row or a column for each wavelength; ASTM
+ * E1392 style files are such tables, whose names stand in the line VARS and whose angles are
+ * radians. Rows of one pair of directions are brought together; a pair that was measured twice at a
+ * wavelength stays two. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "measured/measurement_sheet.h"
-#include "measured/measurement_text.h"
-#include "core/number.h"
 
-enum { WAVELENGTH, THETA_I, THETA_R, PHI, PHI_I, PHI_R, VALUE, ROLES };
+enum { THETA_I, THETA_R, PHI, PHI_I, PHI_R, WAVELENGTH, VALUE, ROLES };
 
-static const double degree = M_PI / 180;
-
-/* Names of columns, lower case, and what a number there is worth in um, radians or 1/sr. */
-static const struct {
-  const char *name;
-  int role;
-  double unit;
-} names[] = {
-    {"wavelength_nm", WAVELENGTH, 1e-3},
-    {"lambda_nm", WAVELENGTH, 1e-3},
-    {"wavelength_um", WAVELENGTH, 1},
-    {"lambda_um", WAVELENGTH, 1},
-    {"theta_i_deg", THETA_I, M_PI / 180},
-    {"theta_r_deg", THETA_R, M_PI / 180},
-    {"theta_s_deg", THETA_R, M_PI / 180},
-    {"phi_deg", PHI, M_PI / 180},
-    {"phi_i_deg", PHI_I, M_PI / 180},
-    {"phi_r_deg", PHI_R, M_PI / 180},
-    {"phi_s_deg", PHI_R, M_PI / 180},
-    {"theta_i_rad", THETA_I, 1},
-    {"theta_r_rad", THETA_R, 1},
-    {"theta_s_rad", THETA_R, 1},
-    {"phi_rad", PHI, 1},
-    {"phi_i_rad", PHI_I, 1},
-    {"phi_r_rad", PHI_R, 1},
-    {"phi_s_rad", PHI_R, 1},
-    {"f", VALUE, 1},
-    {"brdf", VALUE, 1},
-    {"total", VALUE, 1}, /* what `hetab eval` writes */
+static const hetab_csv_wanted wanted[ROLES] = {
+    [THETA_I] = {"thetai", HETAB_ANGLE},
+    [THETA_R] = {"thetar|thetas", HETAB_ANGLE},
+    [PHI] = {"phi", HETAB_ANGLE},
+    [PHI_I] = {"phii", HETAB_ANGLE},
+    [PHI_R] = {"phir|phis", HETAB_ANGLE},
+    [WAVELENGTH] = {"wavelength|lambda|wl", HETAB_LENGTH},
+    [VALUE] = {"f|brdf|total", HETAB_PLAIN}, /* total: what `hetab eval` writes */
 };
-enum { NAMES = sizeof names / sizeof *names };
-static const char *const example = "wavelength_nm,theta_i_deg,theta_r_deg,phi_deg,f";
+static const char example[] = "wavelength_nm,theta_i_deg,theta_r_deg,phi_deg,f";
+static const double degree = M_PI / 180;
 
 typedef struct row {
   double numbers[ROLES]; /* um, radians, 1/sr */
   size_t line, repeat;   /* how often the pair was measured before at this wavelength */
 } row;
 
-typedef struct csv {
+typedef struct table {
   hetab_sheet *sheet;
-  char separator;
-  size_t fields;
-  int *role; /* [fields], -1: passed over */
-  double *unit;
-  bool seen[ROLES], degrees;
+  hetab_csv *csv; /* the sheet's */
+  size_t at[ROLES];
+  size_t *wide; /* [wavelengths] columns named by their wavelength */
+  double *lambda_um;
+  size_t wavelengths; /* of those; 0: a value a row */
+  bool degrees;
+  double largest; /* angle, degrees */
+  double *values; /* [wavelengths] of a row */
   row *rows;
-  size_t count, capacity;
-} csv;
+  size_t count, room;
+} table;
 
-/* ---- the header ---------------------------------------------------------------------------- */
+/* ---- columns ------------------------------------------------------------------------------- */
 
-/* Whether the name begins as one that counts, but has no unit or a strange one. */
-static bool lacks_unit(const char *name) {
-  static const char *const stems[] = {"wavelength", "lambda", "theta_i", "theta_r",
-                                      "theta_s",    "phi",    NULL};
-  for (const char *const *stem = stems; *stem; stem++)
-    if (strncmp(name, *stem, strlen(*stem)) == 0)
-      return true;
-  return false;
+/* "550nm", "0.55 um", "f_550nm" in um; 0: none. */
+static double wavelength_of(const char *name) {
+  char number[32], *end;
+  const char *digits = name + strcspn(name, "0123456789");
+  size_t length = strspn(digits, "0123456789.");
+  double value, unit = hetab_unit(HETAB_LENGTH, digits + length);
+  if (digits > name && !strchr("_ -", digits[-1]))
+    return 0;
+  snprintf(number, sizeof number, "%.*s", (int)(length < 31 ? length : 31), digits);
+  end = number;
+  return unit > 0 && hetab_number_parse(end, &value) ? hetab_in_unit(value, unit) : 0;
 }
 
-static void strip_quotes(char **field) {
-  size_t length = strlen(*field);
-  if (length >= 2 && **field == '"' && (*field)[length - 1] == '"') {
-    (*field)[length - 1] = '\0';
-    ++*field;
-  }
-}
-
-static hetab_status read_name(csv *c, char *name, size_t field) {
-  c->role[field] = -1;
-  strip_quotes(&name);
-  for (char *letter = name; *letter; letter++)
-    *letter = (char)tolower((unsigned char)*letter);
-  for (size_t i = 0; i < NAMES; i++) {
-    if (strcmp(name, names[i].name) != 0)
-      continue;
-    if (c->seen[names[i].role])
-      return hetab_sheet_fail(c->sheet, "column '%.40s': there is another for the same: remove one",
-                              name);
-    c->seen[names[i].role] = true;
-    c->role[field] = names[i].role;
-    c->unit[field] = names[i].unit;
-    c->degrees |= names[i].unit == degree;
-    return HETAB_OK;
-  }
-  if (lacks_unit(name))
-    return hetab_sheet_fail(c->sheet,
-                            "column '%.40s': unit not known: name it with its unit: wavelength_nm "
-                            "or _um, theta_i_deg or _rad",
-                            name);
-  return HETAB_OK;
-}
-
-static hetab_status check_columns(csv *c) {
-  static const char *const wanted[] = {[WAVELENGTH] = "wavelength_nm",
-                                       [THETA_I] = "theta_i_deg",
-                                       [THETA_R] = "theta_r_deg",
-                                       [PHI] = "phi_deg (or phi_i_deg and phi_r_deg)",
-                                       [VALUE] = "f"};
-  bool both = c->seen[PHI_I] && c->seen[PHI_R];
-  if (c->seen[PHI] && (c->seen[PHI_I] || c->seen[PHI_R]))
-    return hetab_sheet_fail(c->sheet, "phi and phi_i or phi_r: give phi, or the other two");
-  for (int role = 0; role < ROLES; role++)
-    if (wanted[role] && !c->seen[role] && !(role == PHI && both))
-      return hetab_sheet_fail(c->sheet, "no column %s: the header is %s", wanted[role], example);
-  return HETAB_OK;
-}
-
-static hetab_status read_header(csv *c, char **text) {
-  char *line = hetab_cut_content(text, &c->sheet->line);
-  if (!line)
-    return hetab_sheet_fail(c->sheet, "no header: give %s and rows", example);
-  c->separator = strchr(line, ',') ? ',' : strchr(line, ';') ? ';' : '\t';
-  c->fields = hetab_count_fields(line, c->separator);
-  c->role = hetab_alloc(c->sheet->ctx, c->fields, sizeof *c->role);
-  c->unit = hetab_alloc(c->sheet->ctx, c->fields, sizeof *c->unit);
-  if (!c->role || !c->unit)
+static hetab_status find_wide(table *t) {
+  hetab_csv *csv = t->csv;
+  t->wide = hetab_alloc(csv->ctx, csv->columns, sizeof *t->wide);
+  t->lambda_um = hetab_alloc(csv->ctx, csv->columns, sizeof *t->lambda_um);
+  t->values = hetab_alloc(csv->ctx, csv->columns, sizeof *t->values);
+  if (!t->wide || !t->lambda_um || !t->values)
     return HETAB_ERR_MEMORY;
-  for (size_t i = 0; i < c->fields; i++)
-    HETAB_TRY(read_name(c, hetab_cut_field(&line, c->separator), i));
-  return check_columns(c);
+  for (size_t i = 0; i < csv->columns; i++) {
+    double lambda_um =
+        csv->column[i].wanted == HETAB_CSV_OTHER ? wavelength_of(csv->column[i].name) : 0;
+    if (lambda_um > 0) {
+      t->wide[t->wavelengths] = i;
+      t->lambda_um[t->wavelengths++] = lambda_um;
+    }
+  }
+  return HETAB_OK;
+}
+
+static hetab_status need(const table *t, int role, const char *name) {
+  return t->at[role] != HETAB_CSV_ABSENT
+             ? HETAB_OK
+             : hetab_csv_fail(t->csv, "no column %s: the header is %s", name, example);
+}
+
+static hetab_status find_columns(table *t) {
+  for (int role = 0; role < ROLES; role++) {
+    HETAB_TRY(
+        hetab_csv_find(t->csv, role, "wavelength_nm or _um, theta_i_deg or _rad", &t->at[role]));
+    t->degrees |= role <= PHI_R && t->at[role] != HETAB_CSV_ABSENT &&
+                  t->csv->column[t->at[role]].unit == degree;
+  }
+  bool phi = t->at[PHI] != HETAB_CSV_ABSENT, phi_i = t->at[PHI_I] != HETAB_CSV_ABSENT;
+  bool phi_r = t->at[PHI_R] != HETAB_CSV_ABSENT;
+  if (phi && (phi_i || phi_r))
+    return hetab_csv_fail(t->csv, "phi and phi_i or phi_r: give phi, or the other two");
+  HETAB_TRY(need(t, THETA_I, "theta_i_deg"));
+  HETAB_TRY(need(t, THETA_R, "theta_r_deg (or theta_s)"));
+  if (phi_i || phi_r)
+    HETAB_TRY(phi_i ? need(t, PHI_R, "phi_s_deg (or phi_r)") : need(t, PHI_I, "phi_i_deg"));
+  else
+    HETAB_TRY(need(t, PHI, "phi_deg (or phi_i_deg and phi_r_deg)"));
+  HETAB_TRY(find_wide(t));
+  if (t->wavelengths)
+    return hetab_sheet_begin(t->sheet, t->lambda_um, t->wavelengths);
+  HETAB_TRY(need(t, WAVELENGTH,
+                 "wavelength_nm, and no wavelength in the names of others, such as 550nm"));
+  return need(t, VALUE, "f");
 }
 
 /* ---- rows ---------------------------------------------------------------------------------- */
 
-static hetab_status read_field(csv *c, const char *field, size_t i, row *r) {
-  int role = c->role[i];
-  double value;
-  bool good = role == VALUE ? hetab_measured_value(field, &value)
-                            : hetab_number_parse(field, &value) && isfinite(value);
-  if (!good)
-    return hetab_sheet_fail(c->sheet, "'%.40s' is not a number: give %s", field,
-                            role == VALUE        ? "a BRDF in 1/sr"
-                            : role == WAVELENGTH ? "a wavelength"
-                                                 : "an angle");
-  r->numbers[role] = value * c->unit[i];
+static hetab_status read_angles(table *t, double numbers[ROLES]) {
+  static const hetab_rule polar = {-M_PI - 1e-3, M_PI + 1e-3,
+                                   "a polar angle within 180 degrees, or pi if it is in radians"},
+                          azimuth = {-1e9, 1e9, "an angle"};
+  for (int role = THETA_I; role <= PHI_R; role++) {
+    numbers[role] = 0;
+    if (t->at[role] == HETAB_CSV_ABSENT)
+      continue;
+    HETAB_TRY(
+        hetab_csv_number(t->csv, t->at[role], role <= THETA_R ? &polar : &azimuth, &numbers[role]));
+    t->largest = fmax(t->largest, fabs(numbers[role]) / degree);
+  }
   return HETAB_OK;
 }
 
-static hetab_status check_row(csv *c, const row *r) {
-  if (!(r->numbers[WAVELENGTH] > 0))
-    return hetab_sheet_fail(c->sheet, "the wavelength is not positive: give one above 0");
-  if (fabs(r->numbers[THETA_I]) <= M_PI && fabs(r->numbers[THETA_R]) <= M_PI)
-    return HETAB_OK;
-  return hetab_sheet_fail(c->sheet, "a polar angle of more than 180 degrees: check its unit");
+static hetab_measured_angles angles_of(const table *t, const double numbers[ROLES]) {
+  return (hetab_measured_angles){numbers[THETA_I], numbers[PHI_I], numbers[THETA_R],
+                                 t->at[PHI] != HETAB_CSV_ABSENT ? numbers[PHI] : numbers[PHI_R]};
 }
 
-static hetab_status read_row(csv *c, char *line, row *r) {
-  *r = (row){.line = c->sheet->line};
-  size_t count = hetab_count_fields(line, c->separator);
-  if (count != c->fields)
-    return hetab_sheet_fail(c->sheet, "%zu fields where the header names %zu: give one for each",
-                            count, c->fields);
-  for (size_t i = 0; i < count; i++) {
-    char *field = hetab_cut_field(&line, c->separator);
-    strip_quotes(&field);
-    if (c->role[i] >= 0)
-      HETAB_TRY(read_field(c, field, i, r));
-  }
-  return check_row(c, r);
+static hetab_status read_wide_row(table *t) {
+  double numbers[ROLES];
+  HETAB_TRY(read_angles(t, numbers));
+  for (size_t i = 0; i < t->wavelengths; i++)
+    HETAB_TRY(hetab_csv_value(t->csv, t->wide[i], &t->values[i]));
+  hetab_measured_angles angles = angles_of(t, numbers);
+  return hetab_sheet_add(t->sheet, &angles, t->values);
 }
 
-static hetab_status read_rows(csv *c, char *text) {
-  for (char *line; (line = hetab_cut_content(&text, &c->sheet->line));) {
-    if (c->count == c->capacity) {
-      c->capacity = 2 * c->capacity + 256;
-      row *grown = realloc(c->rows, c->capacity * sizeof *grown);
-      if (!grown)
-        return hetab_fail(c->sheet->ctx, HETAB_ERR_MEMORY, "%s: out of memory", c->sheet->path);
-      c->rows = grown;
-    }
-    HETAB_TRY(read_row(c, line, &c->rows[c->count]));
-    c->count++;
-  }
-  if (c->count == 0)
-    return hetab_sheet_fail(c->sheet, "no rows: give lines of numbers below the header");
-  return HETAB_OK;
+static hetab_status read_row(table *t) {
+  static const hetab_rule wavelength = {1e-9, 1e6, "a wavelength above 0"};
+  if (t->count++ == 0)
+    t->sheet->first_line = t->csv->line;
+  if (t->wavelengths)
+    return read_wide_row(t);
+  HETAB_TRY(hetab_grow(t->csv->ctx, &t->rows, sizeof *t->rows, t->count, &t->room));
+  row *r = &t->rows[t->count - 1];
+  *r = (row){.line = t->csv->line};
+  HETAB_TRY(read_angles(t, r->numbers));
+  HETAB_TRY(hetab_csv_number(t->csv, t->at[WAVELENGTH], &wavelength, &r->numbers[WAVELENGTH]));
+  return hetab_csv_value(t->csv, t->at[VALUE], &r->numbers[VALUE]);
 }
 
 /* Radians in columns of degrees: a scan that never leaves the normal's neighbourhood. */
-static hetab_status check_unit(csv *c) {
-  double largest = 0;
-  for (size_t i = 0; i < c->count; i++)
-    for (int role = THETA_I; role <= PHI_R; role++)
-      largest = fmax(largest, fabs(c->rows[i].numbers[role]) / degree);
-  if (!c->degrees || largest == 0 || largest > 2 * M_PI + 1e-3)
+static hetab_status check_unit(table *t) {
+  if (!t->degrees || t->largest == 0 || t->largest > 2 * M_PI + 1e-3)
     return HETAB_OK;
-  c->sheet->line = c->rows[0].line;
-  return hetab_sheet_fail(c->sheet,
-                          "no angle in the file exceeds %.3g degrees: if they are radians, name "
-                          "the columns theta_i_rad and so on",
-                          largest);
+  t->csv->line = t->sheet->first_line;
+  return hetab_csv_fail(t->csv,
+                        "no angle in the file exceeds %.3g degrees: if they are radians, name the "
+                        "columns theta_i_rad and so on",
+                        t->largest);
 }
 
 /* ---- from rows to pairs -------------------------------------------------------------------- */
@@ -218,7 +174,7 @@ static int compare_numbers(const row *a, const row *b, const int *roles, int cou
 }
 
 static const int direction_roles[] = {THETA_I, PHI_I, THETA_R, PHI_R, PHI};
-enum { DIRECTION_ROLES = 5 };
+enum { DIRECTION_ROLES = PHI_R + 1 };
 
 static int same_direction(const row *a, const row *b) {
   return compare_numbers(a, b, direction_roles, DIRECTION_ROLES) == 0;
@@ -250,47 +206,45 @@ static int by_size(const void *left, const void *right) {
   return (a > b) - (a < b);
 }
 
-static void sort_rows(csv *c) {
-  qsort(c->rows, c->count, sizeof *c->rows, by_direction);
-  for (size_t i = 1; i < c->count; i++) {
-    row *r = &c->rows[i];
+static void sort_rows(table *t) {
+  qsort(t->rows, t->count, sizeof *t->rows, by_direction);
+  for (size_t i = 1; i < t->count; i++) {
+    row *r = &t->rows[i];
     if (same_direction(r, r - 1) && r->numbers[WAVELENGTH] == r[-1].numbers[WAVELENGTH])
       r->repeat = r[-1].repeat + 1;
   }
-  qsort(c->rows, c->count, sizeof *c->rows, by_repeat);
+  qsort(t->rows, t->count, sizeof *t->rows, by_repeat);
 }
 
-static hetab_status begin_sheet(csv *c) {
+static hetab_status begin_sheet(table *t) {
   size_t count = 0;
-  double *lambda_um = hetab_alloc(c->sheet->ctx, c->count, sizeof *lambda_um);
+  double *lambda_um = hetab_alloc(t->sheet->ctx, t->count, sizeof *lambda_um);
   if (!lambda_um)
     return HETAB_ERR_MEMORY;
-  for (size_t i = 0; i < c->count; i++)
-    lambda_um[i] = c->rows[i].numbers[WAVELENGTH];
-  qsort(lambda_um, c->count, sizeof *lambda_um, by_size);
-  for (size_t i = 0; i < c->count; i++)
+  for (size_t i = 0; i < t->count; i++)
+    lambda_um[i] = t->rows[i].numbers[WAVELENGTH];
+  qsort(lambda_um, t->count, sizeof *lambda_um, by_size);
+  for (size_t i = 0; i < t->count; i++)
     if (i == 0 || lambda_um[i] != lambda_um[i - 1])
       lambda_um[count++] = lambda_um[i];
-  hetab_status status = hetab_sheet_begin(c->sheet, lambda_um, count);
+  hetab_status status = hetab_sheet_begin(t->sheet, lambda_um, count);
   free(lambda_um);
   return status;
 }
 
 /* The rows first..end of one pair, in one row of the sheet; what the file has no row for is missing
  * without being counted. */
-static hetab_status add_pair(csv *c, size_t first, size_t end, double *values) {
-  hetab_sheet *sheet = c->sheet;
-  const double *n = c->rows[first].numbers;
-  hetab_measured_angles angles = {n[THETA_I], n[PHI_I], n[THETA_R],
-                                  c->seen[PHI] ? n[PHI] : n[PHI_R]};
+static hetab_status add_pair(table *t, size_t first, size_t end, double *values) {
+  hetab_sheet *sheet = t->sheet;
+  hetab_measured_angles angles = angles_of(t, t->rows[first].numbers);
   for (size_t i = 0; i < sheet->wavelengths; i++)
     values[i] = NAN;
   for (size_t i = first; i < end; i++) {
-    const double *found = bsearch(&c->rows[i].numbers[WAVELENGTH], sheet->lambda_um,
+    const double *found = bsearch(&t->rows[i].numbers[WAVELENGTH], sheet->lambda_um,
                                   sheet->wavelengths, sizeof *found, by_size);
-    values[found - sheet->lambda_um] = c->rows[i].numbers[VALUE];
+    values[found - sheet->lambda_um] = t->rows[i].numbers[VALUE];
   }
-  sheet->line = c->rows[first].line;
+  sheet->csv.line = t->rows[first].line;
   size_t absent = sheet->wavelengths - (end - first), counted = sheet->skipped.below_horizon;
   HETAB_TRY(hetab_sheet_add(sheet, &angles, values));
   if (sheet->skipped.below_horizon == counted)
@@ -298,35 +252,109 @@ static hetab_status add_pair(csv *c, size_t first, size_t end, double *values) {
   return HETAB_OK;
 }
 
-static hetab_status fill_sheet(csv *c) {
-  double *values = hetab_alloc(c->sheet->ctx, c->sheet->wavelengths, sizeof *values);
+static hetab_status fill_sheet(table *t) {
+  double *values = hetab_alloc(t->sheet->ctx, t->sheet->wavelengths, sizeof *values);
   hetab_status status = values ? HETAB_OK : HETAB_ERR_MEMORY;
-  for (size_t first = 0, end; first < c->count && status == HETAB_OK; first = end) {
-    const row *r = &c->rows[first];
+  for (size_t first = 0, end; first < t->count && status == HETAB_OK; first = end) {
+    const row *r = &t->rows[first];
     for (end = first + 1;
-         end < c->count && same_direction(r, r + (end - first)) && c->rows[end].repeat == r->repeat;
+         end < t->count && same_direction(r, r + (end - first)) && t->rows[end].repeat == r->repeat;
          end++)
       ;
-    status = add_pair(c, first, end, values);
+    status = add_pair(t, first, end, values);
   }
   free(values);
   return status;
 }
 
-static hetab_status read_file(csv *c, char *text) {
-  HETAB_TRY(read_header(c, &text));
-  HETAB_TRY(read_rows(c, text));
-  HETAB_TRY(check_unit(c));
-  sort_rows(c);
-  HETAB_TRY(begin_sheet(c));
-  return fill_sheet(c);
+static hetab_status finish(table *t) {
+  if (t->count == 0)
+    return hetab_csv_fail(t->csv, "no rows: give lines of numbers below the header");
+  HETAB_TRY(check_unit(t));
+  if (t->wavelengths)
+    return HETAB_OK;
+  sort_rows(t);
+  HETAB_TRY(begin_sheet(t));
+  return fill_sheet(t);
 }
 
-hetab_status hetab_measurements_read_csv(hetab_sheet *sheet, char *text) {
-  csv c = {.sheet = sheet};
-  hetab_status status = read_file(&c, text);
-  free(c.role);
-  free(c.unit);
-  free(c.rows);
+static hetab_status read_csv(table *t) {
+  HETAB_TRY(hetab_csv_header(t->csv, wanted, ROLES));
+  if (!t->csv->named)
+    return hetab_csv_fail(t->csv, "no header: the header is %s", example);
+  HETAB_TRY(find_columns(t));
+  for (;;) {
+    HETAB_TRY(hetab_csv_row(t->csv));
+    if (!t->csv->count)
+      return finish(t);
+    HETAB_TRY(read_row(t));
+  }
+}
+
+/* ---- ASTM E1392 style ---------------------------------------------------------------------- */
+
+/* What follows the key in the line at hand, or NULL if the line has another. */
+static char *value_of(const hetab_csv *csv, const char *key) {
+  size_t length = strlen(key);
+  char *line = csv->content;
+  if (strncasecmp(line, key, length) != 0 || !line[length] || !strchr(" \t", line[length]))
+    return NULL;
+  return line + length + strspn(line + length, " \t");
+}
+
+static hetab_status read_points(hetab_csv *csv, const char *text, double *points) {
+  if (hetab_number_parse(text, points) && *points >= 0)
+    return HETAB_OK;
+  return hetab_csv_fail(csv, "NUM_POINTS: '%.40s' is no count: give the number of rows", text);
+}
+
+static hetab_status read_vars(table *t, char *names) {
+  HETAB_TRY(hetab_csv_names(t->csv, names, wanted, ROLES));
+  for (size_t i = 0; i < t->csv->columns; i++)
+    if (t->csv->column[i].quantity == HETAB_ANGLE && !(t->csv->column[i].unit > 0))
+      t->csv->column[i].unit = 1;
+  return find_columns(t);
+}
+
+static hetab_status read_astm(table *t) {
+  hetab_csv *csv = t->csv;
+  double points = -1;
+  for (char *value;;) {
+    HETAB_TRY(hetab_csv_line(csv));
+    if (!csv->content)
+      break;
+    if ((value = value_of(csv, "NUM_POINTS")))
+      HETAB_TRY(read_points(csv, value, &points));
+    else if (!csv->columns && (value = value_of(csv, "VARS")))
+      HETAB_TRY(read_vars(t, value));
+    else if (csv->columns) {
+      HETAB_TRY(hetab_csv_fields(csv));
+      HETAB_TRY(read_row(t));
+    }
+  }
+  if (!csv->columns)
+    return hetab_csv_fail(csv,
+                          "no VARS line: name the columns, VARS theta_i,phi_i,theta_s,phi_s,550nm");
+  if (points >= 0 && (double)t->count != points)
+    return hetab_csv_fail(csv, "%zu rows where NUM_POINTS says %.0f: get a complete copy", t->count,
+                          points);
+  return finish(t);
+}
+
+static hetab_status read_with(hetab_sheet *sheet, hetab_status (*read)(table *t)) {
+  table t = {.sheet = sheet, .csv = &sheet->csv};
+  hetab_status status = read(&t);
+  free(t.wide);
+  free(t.lambda_um);
+  free(t.values);
+  free(t.rows);
   return status;
+}
+
+hetab_status hetab_measurements_read_csv(hetab_sheet *sheet) {
+  return read_with(sheet, read_csv);
+}
+
+hetab_status hetab_measurements_read_astm(hetab_sheet *sheet) {
+  return read_with(sheet, read_astm);
 }

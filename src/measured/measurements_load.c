@@ -47,7 +47,7 @@ static bool begins_with_number(const char *text) {
   return *text && strchr("+-.0123456789", *text);
 }
 
-typedef hetab_status (*text_reader)(hetab_sheet *sheet, char *text);
+typedef hetab_status (*text_reader)(hetab_sheet *sheet);
 
 static text_reader choose(const char *path, const char *text) {
   if (hetab_has_extension(path, brdf_extensions))
@@ -62,12 +62,8 @@ static text_reader choose(const char *path, const char *text) {
 }
 
 static hetab_status read_text(hetab_sheet *sheet) {
-  char *text;
-  size_t length;
-  HETAB_TRY(hetab_text_read_up_to(sheet->ctx, sheet->path, MAX_TEXT, &text, &length));
-  hetab_status status = choose(sheet->path, text)(sheet, text);
-  free(text);
-  return status;
+  HETAB_TRY(hetab_csv_open(sheet->ctx, sheet->path, MAX_TEXT, &sheet->csv));
+  return choose(sheet->path, sheet->csv.text)(sheet);
 }
 
 static hetab_status read_file(hetab_sheet *sheet) {
@@ -90,5 +86,6 @@ hetab_status hetab_measurements_load(hetab_context *ctx, const char *path,
   if (status == HETAB_OK)
     status = hetab_sheet_finish(&sheet, out);
   hetab_sheet_clear(&sheet);
+  hetab_csv_clear(&sheet.csv);
   return status;
 }

@@ -63,7 +63,10 @@ const hetab_universal *hetab_universal_table(void) {
 }
 
 double hetab_universal_ln_h(double g, double x) {
-  const hetab_universal *table = hetab_universal_table();
+  return hetab_universal_ln_h_of(hetab_universal_table(), g, x);
+}
+
+double hetab_universal_ln_h_of(const hetab_universal *table, double g, double x) {
   double v = x / (1.0 + g), ws[4], wt[4], a = 0.0, r = 0.0;
   int i = hetab_spline_weights(hetab_universal_s(g) * CELLS, ws);
   int j = hetab_spline_weights(hetab_universal_part(v) * CELLS, wt);

@@ -40,5 +40,7 @@ double hetab_universal_part(double v);
 
 /* ln h(g, x) of the table; g, x >= 0, finite. */
 double hetab_universal_ln_h(double g, double x);
+/* The same of a copy, which may have been rounded. */
+double hetab_universal_ln_h_of(const hetab_universal *table, double g, double x);
 
 #endif

@@ -3,8 +3,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
-#include "core/number.h"
 
 /* ---- handles ------------------------------------------------------------------------------- */
 
@@ -111,28 +109,4 @@ double hetab_heights_spacing_y_um(const hetab_heights *heights) {
 
 const double *hetab_heights_z_um(const hetab_heights *heights) {
   return heights->z_um;
-}
-
-/* ---- text ---------------------------------------------------------------------------------- */
-
-double hetab_length_unit(const char *text) {
-  static const struct {
-    const char *name;
-    double um;
-  } units[] = {{"pm", 1e-6},   {"A", 1e-4},   {"nm", 1e-3}, {"um", 1},   {"\u00b5m", 1},
-               {"\u03bcm", 1}, {"micron", 1}, {"mm", 1e3},  {"cm", 1e4}, {"m", 1e6}};
-  for (size_t i = 0; i < sizeof units / sizeof *units; i++)
-    if (strcasecmp(text, units[i].name) == 0)
-      return units[i].um;
-  return 0;
-}
-
-bool hetab_height_parse(const char *text, double *value) {
-  static const char *const missing[] = {"", "nan", "bad", "-", "inf", "-inf", "null", "na", "---"};
-  for (size_t i = 0; i < sizeof missing / sizeof *missing; i++)
-    if (strcasecmp(text, missing[i]) == 0) {
-      *value = NAN;
-      return true;
-    }
-  return hetab_number_parse(text, value) && isfinite(*value);
 }

@@ -30,17 +30,12 @@ hetab_status hetab_heights_from_places(hetab_context *ctx, const char *name, con
                                        const double *z_um, size_t count, size_t rows,
                                        double resample_um, hetab_heights **out);
 
-/* um in one of "pm", "nm", "um" (or with the micro sign), "mm", "cm", "m", "A"; 0: none. */
-double hetab_length_unit(const char *text);
-
-/* Readers; the text is NUL-terminated and may be changed. */
-hetab_status hetab_scan_text(hetab_context *ctx, const char *path, char *text,
+/* Readers; the text is NUL-terminated. */
+hetab_status hetab_scan_text(hetab_context *ctx, const char *path, const char *text,
                              const hetab_heights_options *options, hetab_heights **out);
-hetab_status hetab_scan_sdf(hetab_context *ctx, const char *path, char *text, hetab_heights **out);
+hetab_status hetab_scan_sdf(hetab_context *ctx, const char *path, const char *text,
+                            hetab_heights **out);
 hetab_status hetab_scan_x3p(hetab_context *ctx, const char *path,
                             const hetab_heights_options *options, hetab_heights **out);
-
-/* A number, NAN for the words that stand for a missing height; false: neither. */
-bool hetab_height_parse(const char *text, double *value);
 
 #endif

@@ -13,7 +13,7 @@ static const size_t most_bytes = (size_t)1 << 30;
 
 static hetab_status read_text(hetab_context *ctx, const char *path, char **text) {
   size_t length;
-  hetab_status status = hetab_text_read_up_to(ctx, path, most_bytes, text, &length);
+  hetab_status status = hetab_text_read_any(ctx, path, most_bytes, text, &length);
   if (status != HETAB_ERR_PARSE)
     return status;
   return hetab_fail(ctx, status,

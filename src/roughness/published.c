@@ -1,42 +1,22 @@
 /* Tables of published per-scan values: do their summaries follow from their rows? */
-#include <ctype.h>
 #include <math.h>
-#include <stdbool.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 #include <hetab/roughness.h>
-#include "core/context.h"
-#include "core/number.h"
-#include "core/text.h"
+#include "core/csv.h"
 
-enum { MOST_PUBLISHED_COLUMNS = 64 };
+enum { MOST_PUBLISHED_COLUMNS = 64, MOST_BYTES = 16 << 20 };
 
 typedef struct published_reader {
-  hetab_context *ctx;
-  const char *path;
-  size_t line;
+  hetab_csv csv;
   hetab_published *table;
   double *values[MOST_PUBLISHED_COLUMNS]; /* [rows] of each column */
+  size_t room[MOST_PUBLISHED_COLUMNS];
 } published_reader;
 
-/* The next comma-separated field, blanks around it taken off; NULL at the end. */
-static char *take_field(char **cursor) {
-  char *field = *cursor;
-  if (!field)
-    return NULL;
-  char *end = field + strcspn(field, ",");
-  *cursor = *end ? end + 1 : NULL;
-  *end = '\0';
-  field += strspn(field, " \t");
-  for (end = field + strlen(field); end > field && strchr(" \t\r", end[-1]); end--)
-    end[-1] = '\0';
-  return field;
-}
-
 static int decimals_of(const char *number) {
-  const char *point = strchr(number, '.');
+  const char *point = strpbrk(number, ".,");
   return point ? (int)strspn(point + 1, "0123456789") : 0;
 }
 
@@ -51,33 +31,33 @@ static int summary_of(const char *name) {
   return -1;
 }
 
-static hetab_status read_header(published_reader *r, char *line) {
-  hetab_published *t = r->table;
-  take_field(&line);
-  for (char *field; (field = take_field(&line));) {
-    if (t->count == MOST_PUBLISHED_COLUMNS)
-      return hetab_fail(r->ctx, HETAB_ERR_PARSE, "%s:%zu: more than %d columns", r->path, r->line,
-                        MOST_PUBLISHED_COLUMNS);
-    hetab_published_column *c = &t->columns[t->count++];
-    c->name = field;
-    for (int i = 0; i < 3; i++)
-      c->stated[i] = NAN;
+/* The names outlive the text they were read from. */
+static hetab_status read_header(published_reader *r) {
+  hetab_csv *csv = &r->csv;
+  csv->ragged = true;
+  HETAB_TRY(hetab_csv_header(csv, NULL, 0));
+  if (csv->columns < 2)
+    return hetab_csv_fail(csv, "a header such as scan,sigma_um,tau_um has to come first");
+  if (csv->columns > MOST_PUBLISHED_COLUMNS)
+    return hetab_csv_fail(csv, "more than %d columns", MOST_PUBLISHED_COLUMNS);
+  for (size_t i = 1; i < csv->columns; i++) {
+    hetab_published_column *c = &r->table->columns[r->table->count++];
+    for (int kind = 0; kind < 3; kind++)
+      c->stated[kind] = NAN;
+    if (!(c->name = strdup(csv->column[i].name)))
+      return hetab_fail(csv->ctx, HETAB_ERR_MEMORY, "%s: out of memory", csv->path);
   }
-  if (!t->count)
-    return hetab_fail(r->ctx, HETAB_ERR_PARSE,
-                      "%s:%zu: a header such as scan,sigma_um,tau_um has to come first", r->path,
-                      r->line);
   return HETAB_OK;
 }
 
-static hetab_status add_value(published_reader *r, size_t column, int kind, const char *field) {
+static hetab_status add_value(published_reader *r, size_t column, int kind) {
+  hetab_csv *csv = &r->csv;
   hetab_published_column *c = &r->table->columns[column];
-  double value = NAN;
+  const char *field = csv->field[column + 1];
+  double value;
   if (!*field && kind >= 0)
     return HETAB_OK;
-  if (!hetab_number_parse(field, &value) || !isfinite(value))
-    return hetab_fail(r->ctx, HETAB_ERR_PARSE, "%s:%zu: %s is '%.40s': it has to be a number",
-                      r->path, r->line, c->name, field);
+  HETAB_TRY(hetab_csv_number(csv, column + 1, &hetab_rule_any, &value));
   int decimals = decimals_of(field);
   if (kind >= 0) {
     c->stated[kind] = value;
@@ -87,46 +67,26 @@ static hetab_status add_value(published_reader *r, size_t column, int kind, cons
   if (decimals > c->decimals)
     c->decimals = decimals;
   size_t rows = r->table->rows;
-  double *larger = realloc(r->values[column], (rows + 1) * sizeof *larger);
-  if (!larger)
-    return hetab_fail(r->ctx, HETAB_ERR_MEMORY, "%s: out of memory", r->path);
-  r->values[column] = larger;
-  larger[rows] = value;
+  HETAB_TRY(hetab_grow(csv->ctx, &r->values[column], sizeof(double), rows + 1, &r->room[column]));
+  r->values[column][rows] = value;
   return HETAB_OK;
 }
 
-static hetab_status read_row(published_reader *r, char *line) {
-  char *name = take_field(&line);
-  int kind = summary_of(name);
-  size_t column = 0;
-  for (char *field; (field = take_field(&line)); column++) {
-    if (column == r->table->count)
-      return hetab_fail(r->ctx, HETAB_ERR_PARSE, "%s:%zu: more fields than the header has", r->path,
-                        r->line);
-    HETAB_TRY(add_value(r, column, kind, field));
+static hetab_status read_rows(published_reader *r) {
+  hetab_csv *csv = &r->csv;
+  for (;;) {
+    HETAB_TRY(hetab_csv_row(csv));
+    if (!csv->count)
+      break;
+    int kind = summary_of(csv->field[0]);
+    for (size_t i = 0; i + 1 < csv->count; i++)
+      HETAB_TRY(add_value(r, i, kind));
+    if (csv->count < csv->columns && kind < 0)
+      return hetab_csv_fail(csv, "fewer fields than the header has");
+    r->table->rows += kind < 0;
   }
-  if (column < r->table->count && kind < 0)
-    return hetab_fail(r->ctx, HETAB_ERR_PARSE, "%s:%zu: fewer fields than the header has", r->path,
-                      r->line);
-  r->table->rows += kind < 0;
-  return HETAB_OK;
-}
-
-static hetab_status read_lines(published_reader *r, char *text) {
-  bool header = false;
-  while (text) {
-    char *line = text, *end = strchr(text, '\n');
-    text = end ? end + 1 : NULL;
-    if (end)
-      *end = '\0';
-    r->line++;
-    if (*line == '#' || !line[strspn(line, " \t\r")])
-      continue;
-    HETAB_TRY(header ? read_row(r, line) : read_header(r, line));
-    header = true;
-  }
-  if (!header || r->table->rows < 2)
-    return hetab_fail(r->ctx, HETAB_ERR_PARSE, "%s: fewer than two scans have no summary", r->path);
+  if (r->table->rows < 2)
+    return hetab_csv_fail(csv, "fewer than two scans have no summary");
   return HETAB_OK;
 }
 
@@ -152,41 +112,25 @@ static void summarise(hetab_published_column *c, const double *values, size_t ro
     c->agrees[i] = !isnan(c->stated[i]) && rounds_to(found[i], c->stated[i], c->stated_decimals[i]);
 }
 
-/* The names outlive the text they were read from. */
-static hetab_status keep_names(published_reader *r) {
-  hetab_status status = HETAB_OK;
-  for (size_t i = 0; i < r->table->count; i++) {
-    char *name = strdup(r->table->columns[i].name);
-    r->table->columns[i].name = name;
-    if (!name)
-      status = hetab_fail(r->ctx, HETAB_ERR_MEMORY, "%s: out of memory", r->path);
-  }
-  return status;
-}
-
-static hetab_status read_table(published_reader *r, char *text) {
-  hetab_status status = read_lines(r, text);
-  hetab_status named = keep_names(r);
-  HETAB_TRY(status);
-  HETAB_TRY(named);
+static hetab_status read_table(published_reader *r) {
+  HETAB_TRY(read_header(r));
+  HETAB_TRY(read_rows(r));
   for (size_t i = 0; i < r->table->count; i++)
     summarise(&r->table->columns[i], r->values[i], r->table->rows);
   return HETAB_OK;
 }
 
 hetab_status hetab_published_load(hetab_context *ctx, const char *path, hetab_published **out) {
-  published_reader r = {.ctx = ctx, .path = path};
-  char *text;
-  size_t length;
+  published_reader r = {0};
   hetab_status status = HETAB_ERR_MEMORY;
   *out = NULL;
-  HETAB_TRY(hetab_text_read(ctx, path, &text, &length));
+  HETAB_TRY(hetab_csv_open(ctx, path, MOST_BYTES, &r.csv));
   r.table = hetab_alloc(ctx, 1, sizeof *r.table);
   if (r.table)
     r.table->columns = hetab_alloc(ctx, MOST_PUBLISHED_COLUMNS, sizeof *r.table->columns);
   if (r.table && r.table->columns)
-    status = read_table(&r, text);
-  free(text);
+    status = read_table(&r);
+  hetab_csv_clear(&r.csv);
   for (size_t i = 0; i < MOST_PUBLISHED_COLUMNS; i++)
     free(r.values[i]);
   if (status == HETAB_OK)

@@ -123,7 +123,7 @@ static void read_datum(x3p_parser *p) {
   for (; count < width && *text; count++) {
     char *end = text + strcspn(text, ";"), mark = *end;
     *end = '\0';
-    if (!hetab_height_parse(text, &values[count]))
+    if (!hetab_number_or_missing(text, &values[count]))
       stop(p, malformed(p, "a Datum is no number"));
     text = mark ? end + 1 : end;
   }

@@ -54,4 +54,7 @@ void hetab_exr_file_patch(hetab_exr_file *file, const char *name, double value);
 hetab_status hetab_exr_file_finish(hetab_context *ctx, hetab_exr_file *file);
 void hetab_exr_file_free(hetab_exr_file *file); /* NULL is fine */
 
+/* Whether a file has so many parts, each with all its rows. Pixels are not decoded. */
+hetab_status hetab_exr_file_check(hetab_context *ctx, const char *path, size_t part_count);
+
 #endif

@@ -2,8 +2,10 @@
 
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 
 #include <hetab/merl.h>
+#include <hetab/table.h>
 
 hetab_status hetab_format_of(hetab_context *ctx, const char *path, hetab_format *out) {
   static const unsigned char h5_start[8] = {0x89, 'H', 'D', 'F', '\r', '\n', 0x1a, '\n'};
@@ -27,4 +29,23 @@ hetab_status hetab_format_of(hetab_context *ctx, const char *path, hetab_format 
     return hetab_fail(ctx, HETAB_ERR_PARSE,
                       "'%s' is no table: neither HDF5 (.h5), MERL (.binary) nor RGL (.bsdf)", path);
   return HETAB_OK;
+}
+
+int hetab_format_by_ending(const char *path, hetab_format *out) {
+  static const struct {
+    const char *ending;
+    hetab_format format;
+  } endings[] = {{".h5", HETAB_FORMAT_H5},
+                 {".hdf5", HETAB_FORMAT_H5},
+                 {".exr", HETAB_FORMAT_EXR},
+                 {".binary", HETAB_FORMAT_MERL},
+                 {".bsdf", HETAB_FORMAT_RGL}};
+  const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path,
+             *dot = strrchr(name, '.');
+  for (size_t i = 0; dot && dot > name && i < sizeof endings / sizeof *endings; i++)
+    if (strcasecmp(dot, endings[i].ending) == 0) {
+      *out = endings[i].format;
+      return 1;
+    }
+  return 0;
 }

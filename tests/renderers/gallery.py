@@ -13,7 +13,7 @@ import matplotlib
 import mitsuba as mi
 import numpy
 
-from model import Model, srgb_weights
+from model import Model
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -119,15 +119,13 @@ def main():
     quick = len(arguments) < len(sys.argv) - 1
     hetab, folder, output, *surfaces = arguments
     models = [Model(hetab, surface) for surface in surfaces]
-    mi.set_variant("scalar_rgb")
-    weights = srgb_weights(mi)
     mi.set_variant("llvm_ad_rgb")
-    from specular import register, with_specular
-    register(weights)
+    sys.path.insert(0, os.path.join(os.path.dirname(hetab), "share/hetab/mitsuba"))
+    import he_torrance  # registers the material of that name
     scene = studio()
     for k, surface in enumerate(surfaces):
         path = os.path.join(folder, f"{surface}-rgb.bsdf")
-        scene[surface] = sphere(k, len(surfaces), with_specular(path))
+        scene[surface] = sphere(k, len(surfaces), {"type": "he_torrance", "filename": path})
     linear = render(mi.load_dict(scene), 1 if quick else PASSES)
     write(linear, [json.loads(m.run("surfaces", m.surface, "--json")) for m in models], output)
 

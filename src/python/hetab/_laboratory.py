@@ -19,7 +19,7 @@ SCANS = {"scans": "count", "trials": "count", "notes": "note_count",
 FIT = {"estimates": "estimate_count", "incidences": "incidence_count", "starts": "start_count",
        "free_estimates": "free_count", "correlation": ("free_count", "free_count"),
        "band_of": "bands", "lambda_um": "bands", "diffuse": "bands", "notes": "note_count"}
-AUDIT = {"checks": "check_count", "lambda_um": "channel_count", "theta_i_deg": "theta_count",
+AUDIT = {"checks": "check_count", "lambda_um": "channel_count", "theta_i": "theta_count",
          "energy": ("channel_count", "theta_count"), "bands": "channel_count", "against": True,
          "views": (lib.HETAB_AUDIT_VIEWS,)}
 

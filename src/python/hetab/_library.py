@@ -201,7 +201,7 @@ def assign(struct, name, fields, value):
     elif ctype.kind == "pointer" and not isinstance(value, ffi.CData):
         array, value = doubles(numpy.atleast_1d(value))
         kept[struct].append(array)
-        counter = re.sub(r"_(um|deg)$", "", name) + "_count"
+        counter = re.sub(r"_um$", "", name) + "_count"
         if counter in fields:
             setattr(struct, counter, len(array))
     kept[struct].append(value)

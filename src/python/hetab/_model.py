@@ -53,7 +53,7 @@ def reflectance(surface: Surface, theta_i: ArrayLike, *, tolerance: float = 0.0,
     fields dh = dd + specular + ud, dd (fields value, error), specular, ud, and fresnel, that of
     the polished material. tolerance: relative, of dd; 0: 1e-9 in double, 1e-5 in float."""
     angles = numpy.asarray(theta_i, "f8")
-    array, pointer = doubles(numpy.degrees(angles).ravel())
+    array, pointer = doubles(angles.ravel())
     out = numpy.empty((len(surface.bands),) + angles.shape, REFLECTANCE)
     call(lib.hetab_reflectance_dh, engine(precision, device=device), surface._handle, pointer,
          len(array), tolerance, address(out), progress=progress)
@@ -107,7 +107,7 @@ def tabulate(surface: Surface, theta_i_deg: str | ArrayLike | None = None,
 def specular_reflectance(surface: Surface, theta_i: ArrayLike) -> NDArray:
     """rho_s of Eq. 10, the delta's reflectance: [band, *theta_i], theta_i in radians."""
     angles = numpy.asarray(theta_i, "f8")
-    array, pointer = doubles(numpy.degrees(angles).ravel())
+    array, pointer = doubles(angles.ravel())
     out = numpy.empty((len(surface.bands),) + angles.shape)
     call(lib.hetab_specular_reflectance, surface._handle, pointer, len(array),
          address(out))

@@ -8,7 +8,7 @@ import tempfile
 import numpy
 from numpy.typing import ArrayLike, NDArray
 
-from ._library import call, create, doubles, dtype, ffi, lib, libc, text, view
+from ._library import NULL, call, choice, create, doubles, dtype, ffi, lib, libc, text, view
 
 BAND = dtype("hetab_band")
 POINT = dtype("hetab_point")
@@ -125,3 +125,12 @@ def metals() -> dict[str, str]:
     """{symbol: name} of the built-in metals."""
     return {text(lib.hetab_metal_symbol(i)): text(lib.hetab_metal_name(i))
             for i in range(lib.hetab_metal_count())}
+
+
+def shader(language: str, surface: Surface | None = None) -> str:
+    """The model as source: "python" (numpy) or "mitsuba". With a surface its numbers are in it
+    (include/hetab/shader.h)."""
+    out = ffi.new("char **")
+    call(lib.hetab_shader_text, surface._handle if surface else NULL,
+         choice("hetab_shader_language", language), out)
+    return text(ffi.gc(out[0], libc.free))

@@ -1,0 +1,60 @@
+/* From a surface to files, in one call: what `hetab tabulate` does. */
+#ifndef HETAB_TABULATE_TO_H
+#define HETAB_TABULATE_TO_H
+
+#include <hetab/engine.h>
+#include <hetab/exr.h>
+#include <hetab/rgl.h>
+#include <hetab/table.h>
+#include <hetab/tabulate.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* NULL and 0 stand for the defaults of the functions that the members are of. */
+typedef struct hetab_tabulate_to_options {
+  size_t size;                          /* of the struct; 0: of this header's */
+  const hetab_engine_options *engine;   /* of the engine that is made where none is given */
+  const hetab_grid *grid;               /* of .h5 and .exr */
+  const hetab_tabulate_options *sample; /* of .h5 and .exr, and where merl is NULL; NULL: 2000 */
+  const hetab_h5_options *h5;           /* element, compression; NULL: the engine's precision */
+  const hetab_exr_options *exr;         /* bands, parts, element */
+  const hetab_merl_options *merl;
+  const hetab_rgl_options *rgl;
+  int overwrite; /* 0: an existing file is HETAB_ERR_EXISTS */
+} hetab_tabulate_to_options;
+
+/* What became of one output. */
+typedef struct hetab_output_report {
+  hetab_format format;
+  hetab_report report; /* of all outputs of the kind; the error: of this file's numbers. RGL tables
+                          are made on the host: device "" and no error but that of `rgl` */
+  hetab_rgl_report rgl;
+  double specular_max; /* the largest rho_s in, or beside, the file */
+  size_t saturated;    /* OpenEXR, HALF: pixels too large */
+  int published;       /* the file has its name */
+} hetab_output_report;
+
+/* Tables of the surface in the files paths[count], whose endings choose the format: .h5, .hdf5,
+ * .exr, .binary (MERL), .bsdf (RGL). Beside MERL and RGL tables the specular delta goes to
+ * hetab_specular_path(). Outputs of a kind share one evaluation.
+ *
+ * All files are written and read back before the first gets its name: they appear together, whole,
+ * or not at all. Where a rename fails after others, reports and the message say which are there.
+ *
+ * engine: NULL: one is made from the options, if an output needs a device (RGL tables do not).
+ * HETAB_ERR_ARGUMENT: no such ending, two outputs that are one file, or options that do not fit
+ * each other; and what the functions of <hetab/tabulate.h>, <hetab/rgl.h>, <hetab/table.h> and
+ * <hetab/exr.h> say. Progress runs from 0 once for each kind of table. options and reports may be
+ * NULL; reports[count] is filled as far as the call came. Errors: those of the functions named, and
+ * tests/test_tabulate_to.c. */
+hetab_status hetab_tabulate_to(hetab_context *ctx, hetab_engine *engine,
+                               const hetab_surface *surface, const char *const *paths, size_t count,
+                               const hetab_tabulate_to_options *options,
+                               hetab_output_report *reports);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,441 @@
+#include <hetab/tabulate_to.h>
+
+#include <float.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <hetab/devices.h>
+#include <hetab/host_model.h>
+
+#include "convert/radiant.h"
+#include "core/options.h"
+#include "core/angle.h"
+#include "core/atomic_file.h"
+#include "core/clock.h"
+#include "core/context.h"
+#include "table/exr_file.h"
+#include "table/specular_file.h"
+#include "table/table_format.h"
+
+typedef struct output {
+  const char *path;
+  char *specular;             /* MERL, RGL: the file of the delta beside it */
+  hetab_output_report report; /* the caller's in the end */
+  hetab_table_writer *writer; /* HDF5, OpenEXR: until it is committed */
+  size_t held;                /* files that were held when this one was the last of them */
+} output;
+
+typedef struct job {
+  hetab_context *ctx;
+  const hetab_surface *surface;
+  hetab_tabulate_to_options options;
+  hetab_tabulate_options sample;
+  hetab_h5_options h5;
+  hetab_exr_options exr;
+  hetab_merl_options merl_options;
+  const hetab_grid *grid;
+  hetab_grid *own_grid;
+  hetab_engine *engine, *own_engine;
+  hetab_preload *preload;
+  output *outputs;
+  size_t count;
+  hetab_merl *merl;
+  hetab_rgl *rgl;
+  hetab_rgl_report rgl_report;
+  hetab_report reports[HETAB_FORMAT_EXR + 1];
+  hetab_held_files held;
+} job;
+
+static bool has(const job *job, hetab_format format) {
+  for (size_t i = 0; i < job->count; i++)
+    if (job->outputs[i].report.format == format)
+      return true;
+  return false;
+}
+
+static bool is_dense(const output *o) {
+  return o->report.format == HETAB_FORMAT_H5 || o->report.format == HETAB_FORMAT_EXR;
+}
+
+static bool has_dense(const job *job) {
+  return has(job, HETAB_FORMAT_H5) || has(job, HETAB_FORMAT_EXR);
+}
+
+static hetab_precision precision_of(const job *job) {
+  const hetab_engine_options *o = job->options.engine;
+  if (job->engine)
+    return hetab_engine_precision(job->engine);
+  return !o ? HETAB_FLOAT : o->method == HETAB_METHOD_LITERAL ? HETAB_DOUBLE : o->precision;
+}
+
+/* ---- outputs, before any work -------------------------------------------------------------- */
+
+/* No two files of the job may be one; but tables of two formats may share the file of their delta,
+ * which is the same. */
+static hetab_status check_distinct(hetab_context *ctx, const output *a, const output *b) {
+  const char *files_a[] = {a->path, a->specular}, *files_b[] = {b->path, b->specular};
+  if (hetab_same_file(a->path, b->path))
+    return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "%s: the same output is given twice", b->path);
+  for (int i = 0; i < 2; i++)
+    for (int k = 0; k < 2; k++)
+      if (files_a[i] && files_b[k] && !(i && k && a->report.format != b->report.format) &&
+          hetab_same_file(files_a[i], files_b[k]))
+        return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
+                          "%s and %s would both write %s: give one another name", a->path, b->path,
+                          files_b[k]);
+  return HETAB_OK;
+}
+
+static hetab_status add_output(job *job, const char *path) {
+  output *o = &job->outputs[job->count];
+  o->path = path;
+  if (!hetab_format_by_ending(path, &o->report.format))
+    return hetab_fail(job->ctx, HETAB_ERR_ARGUMENT,
+                      "%s: the name of an output ends in .h5, .hdf5, .exr, .binary or .bsdf", path);
+  job->count++;
+  if (!is_dense(o) && !(o->specular = hetab_specular_path(job->ctx, path)))
+    return HETAB_ERR_MEMORY;
+  for (output *other = job->outputs; other < o; other++)
+    HETAB_TRY(check_distinct(job->ctx, other, o));
+  return HETAB_OK;
+}
+
+static hetab_status add_outputs(job *job, const char *const *paths, size_t count) {
+  if (!count)
+    return hetab_fail(job->ctx, HETAB_ERR_ARGUMENT, "no outputs are given");
+  job->outputs = hetab_alloc(job->ctx, count, sizeof *job->outputs);
+  if (!job->outputs)
+    return HETAB_ERR_MEMORY;
+  for (size_t i = 0; i < count; i++)
+    HETAB_TRY(add_output(job, paths[i]));
+  for (size_t i = 0; i < count; i++) {
+    HETAB_TRY(hetab_output_check(job->ctx, paths[i], job->options.overwrite));
+    if (job->outputs[i].specular)
+      HETAB_TRY(hetab_output_check(job->ctx, job->outputs[i].specular, job->options.overwrite));
+  }
+  return HETAB_OK;
+}
+
+/* ---- the specular reflectance -------------------------------------------------------------- */
+
+/* rho_s[band][angle], and its largest; free() it. NULL on failure. */
+static double *specular_table(job *job, const double *theta_i, size_t count, double *max) {
+  size_t total = hetab_surface_band_count(job->surface) * count;
+  double *rho = hetab_alloc(job->ctx, total, sizeof *rho);
+  if (rho && hetab_specular_reflectance(job->ctx, job->surface, theta_i, count, rho) != HETAB_OK) {
+    free(rho);
+    rho = NULL;
+  }
+  for (size_t i = 0; rho && i < total; i++)
+    *max = rho[i] > *max ? rho[i] : *max;
+  return rho;
+}
+
+static hetab_status save_bands(job *job, const char *path, const double *rho) {
+  size_t count = hetab_surface_band_count(job->surface);
+  double *lambda_um = hetab_alloc(job->ctx, count, sizeof *lambda_um);
+  if (!lambda_um)
+    return HETAB_ERR_MEMORY;
+  for (size_t i = 0; i < count; i++)
+    lambda_um[i] = hetab_surface_bands(job->surface)[i].lambda_um;
+  hetab_status status =
+      hetab_specular_save(job->ctx, path, lambda_um, count, rho, job->options.overwrite);
+  free(lambda_um);
+  return status;
+}
+
+/* Beside the table, unless an output before this one has written the same. */
+static hetab_status save_specular(job *job, output *o) {
+  double theta_i[HETAB_SPECULAR_ANGLES];
+  bool written = false;
+  for (int i = 0; i < HETAB_SPECULAR_ANGLES; i++)
+    theta_i[i] = hetab_radians(i);
+  for (const output *other = job->outputs; other < o; other++)
+    written |= other->specular && hetab_same_file(other->specular, o->specular);
+  double *rho = specular_table(job, theta_i, HETAB_SPECULAR_ANGLES, &o->report.specular_max);
+  if (!rho)
+    return HETAB_ERR_MEMORY;
+  hetab_status status = written ? HETAB_OK : save_bands(job, o->specular, rho);
+  free(rho);
+  return status;
+}
+
+/* ---- dense tables -------------------------------------------------------------------------- */
+
+static hetab_status create_h5(job *job, output *o) {
+  hetab_h5_options h5 = {.element = precision_of(job)};
+  if (job->options.h5)
+    h5 = *job->options.h5;
+  h5.slabs = precision_of(job);
+  h5.overwrite = job->options.overwrite;
+  return hetab_h5_create(job->ctx, o->path, job->surface, job->grid, &h5, &o->writer);
+}
+
+static hetab_status create_exr(job *job, output *o) {
+  hetab_exr_options exr = job->exr;
+  exr.slabs = hetab_engine_precision(job->engine);
+  exr.method = hetab_engine_method(job->engine);
+  exr.tolerance = hetab_engine_tolerance(job->engine);
+  exr.device = hetab_engine_device(job->engine);
+  exr.overwrite = job->options.overwrite;
+  return hetab_exr_create(job->ctx, o->path, job->surface, job->grid, &exr, &o->writer);
+}
+
+static hetab_status create_writers(job *job) {
+  double max = 0;
+  double *rho = specular_table(job, hetab_grid_radians(job->grid, HETAB_THETA_I),
+                               hetab_grid_count(job->grid, HETAB_THETA_I), &max);
+  hetab_status status = rho ? HETAB_OK : HETAB_ERR_MEMORY;
+  for (output *o = job->outputs; o < job->outputs + job->count && status == HETAB_OK; o++) {
+    if (!is_dense(o))
+      continue;
+    status = o->report.format == HETAB_FORMAT_H5 ? create_h5(job, o) : create_exr(job, o);
+    if (status == HETAB_OK)
+      status = hetab_table_write_specular(job->ctx, o->writer, rho);
+    o->report.specular_max = max;
+  }
+  free(rho);
+  return status;
+}
+
+/* Of doubles, those that become floats in a file have to be floats. */
+static bool slab_radiant(const job *job, const hetab_slab *slab) {
+  const hetab_h5_options *h5 = job->options.h5;
+  bool floats = has(job, HETAB_FORMAT_EXR) || (h5 && h5->element == HETAB_FLOAT);
+  size_t count = slab->theta_i_count * hetab_grid_count(job->grid, HETAB_THETA_R) *
+                 hetab_grid_count(job->grid, HETAB_PHI);
+  return precision_of(job) == HETAB_FLOAT
+             ? hetab_floats_radiant(slab->values, count)
+             : hetab_doubles_radiant(slab->values, count, floats ? (double)FLT_MAX : DBL_MAX);
+}
+
+/* A slab goes to every HDF5 and OpenEXR output. A bad one stops the job: nothing is published. */
+static hetab_status fan_out(hetab_context *ctx, void *user, const hetab_slab *slab) {
+  job *job = user;
+  if (!slab_radiant(job, slab))
+    return hetab_fail(ctx, HETAB_ERR_DEVICE,
+                      "entries of the table are NaN, infinite or negative: nothing written; please "
+                      "report this");
+  for (output *o = job->outputs; o < job->outputs + job->count; o++)
+    if (o->writer)
+      HETAB_TRY(hetab_table_write_slab(ctx, o->writer, slab));
+  return HETAB_OK;
+}
+
+/* ---- the work ------------------------------------------------------------------------------ */
+
+/* The sample is of all that was evaluated: a second look at dense tables, and the one at MERL
+ * tables before hetab_merl_save goes through their cells. */
+static hetab_status check_report(hetab_context *ctx, const hetab_report *report) {
+  if (!report->error.bad)
+    return HETAB_OK;
+  return hetab_fail(ctx, HETAB_ERR_DEVICE,
+                    "%zu of %zu sampled entries are NaN, infinite or negative: nothing written; "
+                    "please report this",
+                    report->error.bad, report->error.samples);
+}
+
+static hetab_status fill_dense(job *job) {
+  hetab_report *report = &job->reports[HETAB_FORMAT_H5];
+  HETAB_TRY(hetab_tabulate(job->ctx, job->engine, job->surface, job->grid, &job->sample, fan_out,
+                           job, report));
+  job->reports[HETAB_FORMAT_EXR] = *report;
+  return check_report(job->ctx, report);
+}
+
+static hetab_status fill_merl(job *job) {
+  hetab_report *report = &job->reports[HETAB_FORMAT_MERL];
+  HETAB_TRY(hetab_tabulate_merl(job->ctx, job->engine, job->surface, &job->merl_options, &job->merl,
+                                report));
+  return check_report(job->ctx, report);
+}
+
+static hetab_status fill_rgl(job *job) {
+  double start = hetab_seconds();
+  hetab_rgl_report *r = &job->rgl_report;
+  HETAB_TRY(hetab_tabulate_rgl(job->ctx, job->surface, job->options.rgl, &job->rgl, r));
+  job->reports[HETAB_FORMAT_RGL] =
+      (hetab_report){.entries = (double)(r->theta_i_count * r->resolution * r->resolution *
+                                         hetab_rgl_channel_count(job->rgl)),
+                     .wall_seconds = hetab_seconds() - start};
+  return HETAB_OK;
+}
+
+static hetab_status open_engine(job *job) {
+  HETAB_TRY(hetab_engine_create(job->ctx, job->options.engine, &job->own_engine));
+  job->engine = job->own_engine;
+  return HETAB_OK;
+}
+
+/* The files' layout and the engine, if one is needed; the OpenCL runtime loads meanwhile. OpenEXR
+ * headers name the device, and come after it. */
+static hetab_status prepare(job *job) {
+  const hetab_engine_options *o = job->options.engine;
+  bool exr = has(job, HETAB_FORMAT_EXR);
+  bool make_engine = !job->engine && (has_dense(job) || has(job, HETAB_FORMAT_MERL));
+  if (make_engine && !(o && o->method == HETAB_METHOD_LITERAL))
+    job->preload = hetab_preload_create();
+  if (!job->options.grid)
+    HETAB_TRY(hetab_grid_create(job->ctx, &job->own_grid));
+  job->grid = job->own_grid ? job->own_grid : job->options.grid;
+  if (has(job, HETAB_FORMAT_H5) && !exr)
+    HETAB_TRY(create_writers(job));
+  if (make_engine)
+    HETAB_TRY(open_engine(job));
+  return exr ? create_writers(job) : HETAB_OK;
+}
+
+/* MERL before dense tables: it can refuse, and is the shorter job. */
+static hetab_status fill(job *job) {
+  if (has(job, HETAB_FORMAT_RGL))
+    HETAB_TRY(fill_rgl(job));
+  if (has(job, HETAB_FORMAT_MERL))
+    HETAB_TRY(fill_merl(job));
+  return has_dense(job) ? fill_dense(job) : HETAB_OK;
+}
+
+/* ---- publication --------------------------------------------------------------------------- */
+
+/* Of the file's numbers. */
+static hetab_error_stats file_error(const job *job, const output *o) {
+  const hetab_error_stats *error = &o->report.report.error;
+  hetab_h5_options h5 = {.element = precision_of(job)};
+  if (o->report.format == HETAB_FORMAT_H5 && job->options.h5)
+    h5 = *job->options.h5;
+  if (o->report.format == HETAB_FORMAT_EXR)
+    h5.element = HETAB_FLOAT;
+  h5.slabs = precision_of(job);
+  return is_dense(o) ? hetab_h5_error(&h5, error) : *error;
+}
+
+static hetab_status save_dense(job *job, output *o) {
+  hetab_table_writer *writer = o->writer;
+  o->writer = NULL;
+  o->report.saturated = hetab_table_saturated_count(writer);
+  hetab_status status = hetab_table_write_report(job->ctx, writer, &o->report.report);
+  if (status == HETAB_OK)
+    return hetab_table_commit(job->ctx, writer);
+  hetab_table_abort(writer);
+  return status;
+}
+
+static hetab_status save(job *job, output *o) {
+  int overwrite = job->options.overwrite;
+  o->report.report = job->reports[o->report.format];
+  if (o->specular) /* first: no table is without it */
+    HETAB_TRY(save_specular(job, o));
+  if (o->report.format == HETAB_FORMAT_RGL) {
+    o->report.rgl = job->rgl_report;
+    HETAB_TRY(hetab_rgl_save(job->ctx, job->rgl, o->path, overwrite));
+  } else if (o->report.format == HETAB_FORMAT_MERL)
+    HETAB_TRY(hetab_merl_save(job->ctx, job->merl, o->path, overwrite));
+  else
+    HETAB_TRY(save_dense(job, o));
+  o->report.report.error = file_error(job, o);
+  o->held = job->held.count;
+  return HETAB_OK;
+}
+
+/* As readers would: what does not read back is not published. */
+static hetab_status read_back(const job *job, hetab_format format, const char *path) {
+  hetab_context *ctx = job->ctx;
+  hetab_h5_table *h5 = NULL;
+  hetab_merl *merl = NULL;
+  hetab_rgl *rgl = NULL;
+  hetab_status status = HETAB_OK;
+  bool by_wavelength = job->exr.parts == HETAB_EXR_BY_WAVELENGTH;
+  if (format == HETAB_FORMAT_H5)
+    status = hetab_h5_open(ctx, path, &h5);
+  else if (format == HETAB_FORMAT_MERL)
+    status = hetab_merl_load(ctx, path, &merl);
+  else if (format == HETAB_FORMAT_RGL)
+    status = hetab_rgl_load(ctx, path, &rgl);
+  else
+    status = hetab_exr_file_check(ctx, path,
+                                  1 + (by_wavelength ? hetab_surface_band_count(job->surface)
+                                                     : hetab_grid_count(job->grid, HETAB_THETA_I)));
+  hetab_h5_free(h5);
+  hetab_merl_free(merl);
+  hetab_rgl_free(rgl);
+  return status;
+}
+
+static hetab_status check_output(job *job, const output *o) {
+  char reason[sizeof job->ctx->message];
+  char *path = hetab_atomic_held_path(job->ctx, &job->held, o->held - 1);
+  if (!path)
+    return HETAB_ERR_MEMORY;
+  hetab_status status = read_back(job, o->report.format, path);
+  free(path);
+  if (status == HETAB_OK)
+    return HETAB_OK;
+  memcpy(reason, job->ctx->message, sizeof reason);
+  return hetab_fail(job->ctx, HETAB_ERR_IO, "%s not written: what was written cannot be read: %s",
+                    o->path, reason);
+}
+
+static hetab_status publish(job *job) {
+  output *end = job->outputs + job->count;
+  hetab_atomic_hold(job->ctx, &job->held);
+  for (output *o = job->outputs; o < end; o++)
+    HETAB_TRY(save(job, o));
+  for (const output *o = job->outputs; o < end; o++)
+    HETAB_TRY(check_output(job, o));
+  HETAB_TRY(hetab_progress(job->ctx, 1, 1));
+  hetab_status status = hetab_atomic_publish(job->ctx, &job->held);
+  for (output *o = job->outputs; o < end; o++)
+    o->report.published = o->held <= job->held.published;
+  return status;
+}
+
+/* ---- the interface ------------------------------------------------------------------------- */
+
+static void clear(job *job) {
+  hetab_atomic_drop(job->ctx, &job->held);
+  for (output *o = job->outputs; o < job->outputs + job->count; o++) {
+    hetab_table_abort(o->writer);
+    free(o->specular);
+  }
+  free(job->outputs);
+  hetab_merl_free(job->merl);
+  hetab_rgl_free(job->rgl);
+  hetab_engine_free(job->own_engine);
+  hetab_preload_free(job->preload);
+  hetab_grid_free(job->own_grid);
+}
+
+/* The options of each format as this library knows them. */
+static hetab_status take_nested(job *job) {
+  hetab_tabulate_to_options *o = &job->options;
+  HETAB_TRY(hetab_options_take(job->ctx, o->sample, &job->sample, sizeof job->sample));
+  if (!o->sample)
+    job->sample.seed = 1;
+  HETAB_TRY(hetab_options_take(job->ctx, o->h5, &job->h5, sizeof job->h5));
+  HETAB_TRY(hetab_options_take(job->ctx, o->exr, &job->exr, sizeof job->exr));
+  HETAB_TRY(hetab_options_take(job->ctx, o->merl, &job->merl_options, sizeof job->merl_options));
+  o->h5 = o->h5 ? &job->h5 : NULL;
+  if (!o->merl)
+    job->merl_options =
+        (hetab_merl_options){.samples = job->sample.samples, .seed = job->sample.seed};
+  return HETAB_OK;
+}
+
+hetab_status hetab_tabulate_to(hetab_context *ctx, hetab_engine *engine,
+                               const hetab_surface *surface, const char *const *paths, size_t count,
+                               const hetab_tabulate_to_options *options,
+                               hetab_output_report *reports) {
+  HETAB_OPTIONS(ctx, hetab_tabulate_to_options, own, options);
+  job job = {.ctx = ctx, .surface = surface, .engine = engine, .options = own};
+  HETAB_TRY(take_nested(&job));
+  hetab_status status = add_outputs(&job, paths, count);
+  if (status == HETAB_OK)
+    status = prepare(&job);
+  if (status == HETAB_OK)
+    status = fill(&job);
+  if (status == HETAB_OK)
+    status = publish(&job);
+  for (size_t i = 0; reports && i < count; i++)
+    reports[i] = i < job.count ? job.outputs[i].report : (hetab_output_report){0};
+  clear(&job);
+  return status;
+}
