@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/options.h"
+#include "core/option_size.h"
 
 /* Below this, 1/sr, relative differences are the arithmetic's noise (design, section 6). */
 static const double floor_per_sr = 1e-9;

@@ -7,7 +7,7 @@
 #include <hetab/table.h>
 
 #include "convert/outputs.h"
-#include "core/options.h"
+#include "core/option_size.h"
 #include "core/atomic_file.h"
 #include "table/table_format.h"
 #include "convert/trial.h"

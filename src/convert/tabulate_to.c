@@ -8,7 +8,7 @@
 #include <hetab/host_model.h>
 
 #include "convert/radiant.h"
-#include "core/options.h"
+#include "core/option_size.h"
 #include "core/angle.h"
 #include "core/atomic_file.h"
 #include "core/clock.h"

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 
 #include "cl/device.h"
-#include "core/options.h"
+#include "core/option_size.h"
 #include "core/clock.h"
 #include "core/random.h"
 #include "engine/dense.h"

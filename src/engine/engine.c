@@ -8,7 +8,7 @@
 #include "cl/program.h"
 #include "kernels/tables.h"
 
-#include "core/options.h"
+#include "core/option_size.h"
 
 /* What the rows method can keep at best and keeps by default: float arithmetic rounds the exponent
  * to up to 8e-6, double and its polynomials give out at about 1e-11. */

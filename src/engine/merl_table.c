@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "cl/device.h"
-#include "core/options.h"
+#include "core/option_size.h"
 #include "core/clock.h"
 #include "engine/dense.h"
 #include "engine/merl_job.h"

@@ -8,7 +8,7 @@
 #include <time.h>
 
 #include "cl/device.h"
-#include "core/options.h"
+#include "core/option_size.h"
 #include "core/clock.h"
 #include "engine/dense.h"
 #include "engine/sample.h"

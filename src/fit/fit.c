@@ -8,7 +8,7 @@
 #include "surface/index_parts.h"
 #include "surface/surface_parts.h"
 
-#include "core/options.h"
+#include "core/option_size.h"
 
 void hetab_fit_free(hetab_fit *fit) {
   if (!fit)

@@ -5,7 +5,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "core/options.h"
+#include "core/option_size.h"
 #include "core/angle.h"
 #include "core/context.h"
 

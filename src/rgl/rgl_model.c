@@ -8,7 +8,7 @@
 #include <pthread.h>
 #include <unistd.h>
 
-#include "core/options.h"
+#include "core/option_size.h"
 #include "core/random.h"
 #include "model/colour.h"
 #include "model/limits.h"

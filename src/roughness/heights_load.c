@@ -5,7 +5,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "core/options.h"
+#include "core/option_size.h"
 #include "core/text.h"
 #include "roughness/heights.h"
 

@@ -9,7 +9,7 @@
 #include "roughness/notes.h"
 #include "roughness/scan_worker.h"
 
-#include "core/options.h"
+#include "core/option_size.h"
 
 static hetab_status check_options(hetab_context *ctx, const hetab_roughness_options *o) {
   if (!(o->cutoff_um >= 0 || o->cutoff_um == HETAB_CUTOFF_AUTO) || !isfinite(o->cutoff_um))

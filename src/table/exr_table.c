@@ -6,7 +6,7 @@
 #include <stdlib.h>
 
 #include "model/colour.h"
-#include "core/options.h"
+#include "core/option_size.h"
 #include "table/exr_layout.h"
 #include "table/table_writer.h"
 

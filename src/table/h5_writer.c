@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "core/options.h"
+#include "core/option_size.h"
 #include "table/h5_layout.h"
 #include "table/table_writer.h"
 

@@ -7,7 +7,7 @@
 
 #include "core/angle.h"
 #include "core/context.h"
-#include "core/options.h"
+#include "core/option_size.h"
 
 enum { LEAST_WIDTH = 640, MOST_WIDTH = 8192, DEFAULT_WIDTH = 1280 };
 

@@ -1,6 +1,6 @@
 /* Options of the public functions, which callers may have compiled against other headers. */
-#ifndef HETAB_CORE_OPTIONS_H
-#define HETAB_CORE_OPTIONS_H
+#ifndef HETAB_CORE_OPTION_SIZE_H
+#define HETAB_CORE_OPTION_SIZE_H
 
 #include <stddef.h>
 #include "core/context.h"

@@ -1,7 +1,7 @@
 /* Options of callers that were compiled against other headers. */
 #include "golden_support.h"
 
-#include "core/options.h"
+#include "core/option_size.h"
 
 typedef struct options {
   size_t size;

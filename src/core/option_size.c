@@ -1,4 +1,4 @@
-#include "core/options.h"
+#include "core/option_size.h"
 
 #include <string.h>
 
