@@ -10,7 +10,7 @@
 #include "convert/radiant.h"
 #include "core/option_size.h"
 #include "core/angle.h"
-#include "core/atomic_file.h"
+#include "core/held_files.h"
 #include "core/clock.h"
 #include "core/context.h"
 #include "table/exr_file.h"
