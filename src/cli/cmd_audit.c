@@ -9,6 +9,7 @@
 #include "cli.h"
 #include "options.h"
 #include "core/atomic_file.h"
+#include "numbers.h"
 #include "output.h"
 #include "progress.h"
 

@@ -8,6 +8,7 @@
 #include "cli.h"
 #include "options.h"
 #include "core/atomic_file.h"
+#include "numbers.h"
 #include "output.h"
 #include "progress.h"
 #include "roughness_command.h"
