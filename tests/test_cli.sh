@@ -464,8 +464,8 @@ echo nonsense >judged/noise.h5
 refuses "audit: no input" 2 "no INPUT" audit
 refuses "audit: existing page" 1 "old.html exists" audit BBQAL1 --html judged/old.html
 refuses "audit: existing repair" 1 "old.binary exists" audit judged/t.binary --repair judged/old.binary
-refuses "audit: in place" 2 "is the input" audit judged/t.binary --repair judged/../judged/t.binary --force
-refuses "audit: page over an input" 2 "is an input" audit judged/t.h5 --html judged/t.h5 --force
+refuses "audit: in place" 1 "is an output too" audit judged/t.binary --repair judged/../judged/t.binary --force
+refuses "audit: page over an input" 1 "is an output too" audit judged/t.h5 --html judged/t.h5 --force
 refuses "audit: repair of several" 2 "takes one INPUT" audit judged/t.h5 BBQAL1 --repair judged/n.h5
 refuses "audit: repair of a surface" 2 "a surface, not a table" audit BBQAL1 --repair judged/n.h5
 refuses "audit: repair to another format" 2 "different formats" audit judged/t.h5 --repair judged/n.binary

@@ -65,9 +65,22 @@ int cli_usage(const cli_command *self, const char *format, ...) {
 
 hetab_context *cli_context(void) {
   hetab_context *ctx;
-  if (hetab_context_create(&ctx) != HETAB_OK)
+  if (hetab_context_create(&ctx) != HETAB_OK) {
     cli_fail("out of memory");
-  return ctx;
+    return NULL;
+  }
+  hetab_keep_inputs(ctx);
+  if (hetab_outputs_begin(ctx) == HETAB_OK)
+    return ctx;
+  cli_fail_context(ctx);
+  hetab_context_free(ctx);
+  return NULL;
+}
+
+int cli_publish(hetab_context *ctx) {
+  if (cli_signal())
+    return fail_signal();
+  return hetab_outputs_publish(ctx) == HETAB_OK ? -1 : cli_fail_context(ctx);
 }
 
 int cli_finish_output(int status) {

@@ -27,8 +27,12 @@ int cli_fail_context(const hetab_context *ctx);
 int cli_usage(const cli_command *self, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
-/* A context; NULL after printing why not. */
+/* A context whose outputs are kept back until cli_publish() and are never its inputs; NULL after
+ * printing why not. */
 hetab_context *cli_context(void);
+/* All that was saved gets its name, or none: -1 to go on, else the exit status after printing why.
+ */
+int cli_publish(hetab_context *ctx);
 
 /* Standard output is complete; if it is not (a full disk, say), the failure is printed. */
 int cli_finish_output(int status);

@@ -20,6 +20,7 @@ void cli_catch_signals(void) {
     action.sa_flags = (int)SA_RESETHAND; /* and no SA_RESTART: a blocked read must return */
     sigaction(signals[i], &action, NULL);
   }
+  signal(SIGXFSZ, SIG_IGN); /* the write fails instead, and says so */
 }
 
 int cli_signal(void) {
