@@ -4,6 +4,7 @@
 
 #include "cli.h"
 #include "core/angle.h"
+#include "numbers.h"
 #include "output.h"
 #include "progress.h"
 #include "tabulate_job.h"
