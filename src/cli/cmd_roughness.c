@@ -7,6 +7,7 @@
 
 #include "cli.h"
 #include "options.h"
+#include "numbers.h"
 #include "core/held_files.h"
 #include "output.h"
 #include "progress.h"
