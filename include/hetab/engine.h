@@ -1,5 +1,7 @@
 /* OpenCL devices, and the engine: one or more of them with the kernels compiled for one precision
- * and method. Compiled kernels are kept under $XDG_CACHE_HOME/hetab (or ~/.cache/hetab). */
+ * and method. Compiled kernels are kept under $XDG_CACHE_HOME/hetab (or ~/.cache/hetab). With
+ * HETAB_SHAPE=cpu or gpu in the environment they are laid out as for that kind of device, whatever
+ * the device is: so tests run what a GPU runs. */
 #ifndef HETAB_ENGINE_H
 #define HETAB_ENGINE_H
 
@@ -12,6 +14,7 @@ extern "C" {
 #endif
 
 typedef struct hetab_engine_options {
+  size_t size; /* of the struct; 0: of this header\'s */
   /* "0", "0,1", part of a name, "all"; NULL: the first device. Dense tables share all of them;
    * points, MERL tables and reflectances take the first. */
   const char *devices;
