@@ -123,6 +123,41 @@ static int says(const hetab_fit *fit, const char *words) {
   return 0;
 }
 
+/* Noise about a signal that is next to nothing: half of the values come out negative. */
+static void test_negative_values_stay(void **state) {
+  enum { REPEATS = 10 };
+  hetab_context *ctx = *state;
+  hetab_engine *engine = series_engine(ctx);
+  truth t = {.sigma0_um = 0.5, .tau_um = 5};
+  hetab_directions pairs[PAIRS];
+  double values[PAIRS], sum = 0;
+  assert_ok(ctx, hetab_index_constant(ctx, 1.5, 0, &t.index));
+  hetab_fit_options o = slope_and_a(&t);
+  o.parameters[HETAB_FIT_SLOPE] = (hetab_fit_parameter){.value = 0.1};
+  fill_pairs(pairs);
+  for (t.seed = 0; t.seed < REPEATS; t.seed++) {
+    uint64_t random = t.seed + 1;
+    size_t negative = 0;
+    for (size_t i = 0; i < PAIRS; i++) {
+      values[i] = literal_at(ctx, &t, green_um, &pairs[i]) + 0.006 / M_PI + 0.004 * normal(&random);
+      negative += values[i] < 0;
+    }
+    hetab_measurements *m;
+    assert_ok(ctx, hetab_measurements_create(ctx, &green_um, 1, pairs, PAIRS, values, &m));
+    assert_int_equal(hetab_measurements_skipped_of(m).negative, negative);
+    hetab_fit *fit = fit_of(ctx, engine, m, &o);
+    assert_int_equal(fit->used_values, PAIRS);
+    assert_true(negative > PAIRS / 10 && says(fit, "values are below 0"));
+    sum += diffuse_of(fit)->value;
+    hetab_fit_free(fit);
+    hetab_measurements_free(m);
+  }
+  print_message("a = 0.006, noise 0.004 / sr: %.5f on the average\n", sum / REPEATS);
+  assert_true(fabs(sum / REPEATS - 0.006) < 0.001);
+  hetab_index_free(t.index);
+  hetab_engine_free(engine);
+}
+
 /* ---- what was put in comes out ----------------------------------------------------------------
  */
 
@@ -776,16 +811,27 @@ static void test_cancel(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      TEST(test_presets),       TEST(test_faint_diffuse),
-      TEST(test_single_starts), TEST(test_wavelengths),
-      TEST(test_index),         TEST(test_exact),
-      TEST(test_objective),     TEST(test_selection),
-      TEST(test_constraint),    TEST(test_energy),
-      TEST(test_held_slope),    TEST(test_undetermined),
-      TEST(test_two_minima),    TEST(test_budget),
-      TEST(test_coverage),      TEST(test_bootstrap),
-      TEST(test_correlation),   TEST(test_paints),
-      TEST(test_bad_options),   TEST(test_bad_measurements),
+      TEST(test_negative_values_stay),
+      TEST(test_presets),
+      TEST(test_faint_diffuse),
+      TEST(test_single_starts),
+      TEST(test_wavelengths),
+      TEST(test_index),
+      TEST(test_exact),
+      TEST(test_objective),
+      TEST(test_selection),
+      TEST(test_constraint),
+      TEST(test_energy),
+      TEST(test_held_slope),
+      TEST(test_undetermined),
+      TEST(test_two_minima),
+      TEST(test_budget),
+      TEST(test_coverage),
+      TEST(test_bootstrap),
+      TEST(test_correlation),
+      TEST(test_paints),
+      TEST(test_bad_options),
+      TEST(test_bad_measurements),
       TEST(test_cancel),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -251,6 +251,72 @@ static void test_content_decides(void **state) {
   hetab_measurements_free(m);
 }
 
+/* Columns by wavelength, by colour or without, in the words of spreadsheets; BRDFs times the cosine
+ * and reflectance factors. */
+static void test_names_of_values(void **state) {
+  text_fixture *f = *state;
+  const double third = pi / 3, f_cos = 0.25 / cos(40 * pi / 180), factor = 0.25 / pi;
+  static const double given[] = {0.633};
+  const struct {
+    const char *name, *text;
+    size_t wavelengths, given;
+    double um, value; /* of the last wavelength */
+  } cases[] = {
+      {"wide.csv", "theta_i_deg,theta_r_deg,phi_deg,450nm,0.65 um\n60,40,180,1,0.25\n", 2, 0, 0.65,
+       0.25},
+      {"wide.csv", "theta_i (deg);theta_s (deg);phi (deg);brdf_450nm\n60;40,0;180;0,25\n", 1, 0,
+       0.45, 0.25},
+      {"long.csv",
+       "made by hand\nWavelength (nm)\tTheta i [deg]\tTheta r [deg]\tPhi [deg]\tBRDF [1/sr]\n"
+       "550\t60\t40\t180\t0.25\n",
+       1, 0, 0.55, 0.25},
+      {"cos.csv", "wavelength_um,theta_i_deg,theta_r_deg,phi_deg,BRDF*cos\n0.5,60,40,180,0.25\n", 1,
+       0, 0.5, f_cos},
+      {"factor.csv",
+       "wavelength_um,theta_i_deg,theta_r_deg,phi_deg,reflectance factor\n0.5,60,40,180,0.25\n", 1,
+       0, 0.5, factor},
+      {"rgb.astm", "VARS theta_i,phi_i,theta_s,phi_s,R,G,B\n1.0471975511965976,0,0.5,0,0.25,1,2\n",
+       3, 0, 0.61, 0.25},
+      {"mono.astm", "VARS theta_i,phi_i,theta_s,phi_s,BRDF\n1.0471975511965976,0,0.5,0,0.25\n", 1,
+       1, 0.633, 0.25},
+  };
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    hetab_measurements *m = NULL;
+    const char *path = write_text_file(f, cases[i].name, cases[i].text);
+    assert_ok(f, hetab_measurements_load_at(f->ctx, path, given, cases[i].given, &m));
+    assert_shape(m, 1, cases[i].wavelengths);
+    assert_near(hetab_measurements_lambda_um(m)[cases[i].wavelengths - 1], cases[i].um, 1e-15);
+    assert_near(value(m, 0, cases[i].wavelengths - 1), cases[i].value, 1e-15);
+    assert_near(hetab_measurements_pairs(m)->theta_i, third, 1e-15);
+    hetab_measurements_free(m);
+  }
+}
+
+static void test_rgl_is_sampled(void **state) {
+  text_fixture *f = *state;
+  char path[200];
+  hetab_surface *surface;
+  hetab_rgl *rgl;
+  snprintf(path, sizeof path, "%s/a.bsdf", f->folder);
+  assert_ok(f, hetab_surface_preset(f->ctx, "BBQAL2", &surface));
+  assert_ok(f, hetab_tabulate_rgl(f->ctx, surface, NULL, &rgl, NULL));
+  assert_ok(f, hetab_rgl_save(f->ctx, rgl, path, 0));
+  hetab_measurements *m = load(f, path);
+  assert_shape(m, 3579, 3);
+  for (size_t i = 0; i < 3579; i += 97) {
+    const hetab_directions *p = &hetab_measurements_pairs(m)[i];
+    float wi[3] = {(float)sin(p->theta_i), 0, (float)cos(p->theta_i)}, found[3];
+    float wo[3] = {(float)(sin(p->theta_r) * cos(p->phi)), (float)(sin(p->theta_r) * sin(p->phi)),
+                   (float)cos(p->theta_r)};
+    hetab_rgl_eval(rgl, wi, wo, found);
+    for (size_t c = 0; c < 3; c++) /* blue first */
+      assert_near(value(m, i, c), (double)found[2 - c], 1e-5 * (double)found[2 - c]);
+  }
+  hetab_measurements_free(m);
+  hetab_rgl_free(rgl);
+  hetab_surface_free(surface);
+}
+
 /* ---- tables as measurements ---------------------------------------------------------------- */
 
 /* A smooth reciprocal function of the cell's centre, different in every channel. */
@@ -530,6 +596,10 @@ int main(void) {
       cmocka_unit_test_setup_teardown(test_csv_rows_become_pairs, text_fixture_setup,
                                       text_fixture_teardown),
       cmocka_unit_test_setup_teardown(test_content_decides, text_fixture_setup,
+                                      text_fixture_teardown),
+      cmocka_unit_test_setup_teardown(test_names_of_values, text_fixture_setup,
+                                      text_fixture_teardown),
+      cmocka_unit_test_setup_teardown(test_rgl_is_sampled, text_fixture_setup,
                                       text_fixture_teardown),
       cmocka_unit_test_setup_teardown(test_merl_is_sampled, text_fixture_setup,
                                       text_fixture_teardown),

@@ -92,8 +92,9 @@ static hetab_status find_wide(table *t) {
   if (!t->wide || !t->lambda_um || !t->values)
     return HETAB_ERR_MEMORY;
   for (size_t i = 0; i < csv->columns; i++) {
-    double lambda_um =
-        csv->column[i].wanted == HETAB_CSV_OTHER ? wavelength_of(csv->column[i].name) : 0;
+    const hetab_csv_column *c = &csv->column[i];
+    bool candidate = c->wanted == HETAB_CSV_OTHER || (c->wanted == VALUE && c->strange);
+    double lambda_um = candidate ? wavelength_of(c->name) : 0;
     if (lambda_um > 0) {
       t->wide[t->wavelengths] = i;
       t->lambda_um[t->wavelengths++] = lambda_um;
