@@ -158,6 +158,50 @@ static void test_negative_values_stay(void **state) {
   hetab_engine_free(engine);
 }
 
+/* One value in a hundred is ten times too large. */
+static void test_robust(void **state) {
+  enum { EVERY = 97 };
+  hetab_context *ctx = *state;
+  hetab_engine *engine = series_engine(ctx);
+  for (int noisy = 0; noisy < 2; noisy++) {
+    truth t = {.sigma0_um = 0.129 * 6, .tau_um = 6, .diffuse = {0.02}, .noise = 0.02 * noisy};
+    hetab_directions pairs[HEMISPHERE];
+    double values[HEMISPHERE];
+    hetab_measurements *clean, *spoilt;
+    assert_ok(ctx, hetab_index_metal(ctx, "Al", &t.index));
+    fill_hemisphere(pairs);
+    clean = measure_pairs(ctx, &t, &green_um, 1, pairs, HEMISPHERE);
+    for (size_t i = 0; i < HEMISPHERE; i++)
+      values[i] = hetab_measurements_values(clean)[i] * (i % EVERY == 50 ? 10 : 1);
+    assert_ok(ctx,
+              hetab_measurements_create(ctx, &green_um, 1, pairs, HEMISPHERE, values, &spoilt));
+    hetab_fit_options o = slope_and_a(&t);
+    hetab_fit *right = fit_of(ctx, engine, clean, &o), *pulled = fit_of(ctx, engine, spoilt, &o);
+    o.robust = 1;
+    hetab_fit *robust = fit_of(ctx, engine, spoilt, &o), *same = fit_of(ctx, engine, clean, &o);
+    size_t listed = 0;
+    for (size_t i = 0; i < HEMISPHERE; i++)
+      listed += i % EVERY == 50 && robust->distrusted[i];
+    print_message(
+        "1 %% of the values times 10, noise %.0f %%: slope off by %.2e with squares, %.2e "
+        "robust; %zu values distrusted, %zu of them wrong\n",
+        100 * t.noise, fabs(pulled->slope / right->slope - 1),
+        fabs(robust->slope / (noisy ? same : right)->slope - 1), robust->distrusted_values, listed);
+    assert_int_equal(listed, (HEMISPHERE - 50 + EVERY - 1) / EVERY);
+    assert_true(robust->distrusted_values <= listed + 2 && says(robust, "5 robust"));
+    assert_true(fabs(robust->slope / right->slope - 1) < (noisy ? 3e-3 : 1e-3));
+    assert_true(fabs(robust->slope / same->slope - 1) < 1e-3);
+    assert_true(fabs(pulled->slope / right->slope - 1) > 3e-3);
+    hetab_fit *const all[] = {right, pulled, robust, same};
+    for (int i = 0; i < 4; i++)
+      hetab_fit_free(all[i]);
+    hetab_measurements_free(clean);
+    hetab_measurements_free(spoilt);
+    hetab_index_free(t.index);
+  }
+  hetab_engine_free(engine);
+}
+
 /* ---- what was put in comes out ----------------------------------------------------------------
  */
 
@@ -812,6 +856,7 @@ static void test_cancel(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       TEST(test_negative_values_stay),
+      TEST(test_robust),
       TEST(test_presets),
       TEST(test_faint_diffuse),
       TEST(test_single_starts),

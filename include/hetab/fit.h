@@ -104,6 +104,8 @@ typedef struct hetab_fit_options {
   unsigned long long seed;
   int derivative_free;    /* COBYLA alone, to its tolerance, without SLSQP */
   size_t max_evaluations; /* of the objective, in all; 0: 20000 */
+  int robust;             /* a Cauchy loss of the relative residuals, its scale from the median of
+                           * their sizes: values that are wrong do not pull, and are listed */
   size_t bootstrap;       /* resamplings of the pairs; 0: none */
   double asked_diffuse;   /* what would this `a` (reflectance) need? 0: no question */
 } hetab_fit_options;
@@ -204,6 +206,8 @@ typedef struct hetab_fit {
   double *model;       /* [pairs of the measurements][bands]: f_dd + f_ud, 1/sr, used or not */
   unsigned char *used; /* [pairs][bands]: in the fit */
   size_t used_pairs, used_values;
+  unsigned char *distrusted; /* [pairs][bands]: robust fit, more than 5 robust deviations off */
+  size_t distrusted_values;
   size_t missing; /* values chosen but NaN */
   size_t thinned; /* pairs left out by max_points */
 

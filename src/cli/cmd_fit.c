@@ -245,7 +245,8 @@ const cli_command cli_fit = {
         "CSV of --csv: quantity, wavelength_nm, value, low, high, bootstrap_low, bootstrap_high, "
         "unconstrained (the value that the best fit without the constraint has), error (E), end, "
         "determined, stop. CSV of --points: wavelength_nm, theta_i_deg, theta_r_deg, phi_deg, "
-        "measured, model (1/sr), used. Diffuse parts `a` are reflectances, pi times the BRDF.\n\n"
+        "measured, model (1/sr), used, distrusted (with --robust). Diffuse parts `a` are "
+        "reflectances, pi times the BRDF.\n\n"
         "Example:\n  hetab fit paint.brdf --index n=1.5 --tau 5 --surface paint.yaml",
     .run = run,
 };

@@ -62,7 +62,26 @@ static json_t *correlation_json(const hetab_fit *fit) {
   return json_pack("{so so}", "estimates", places, "matrix", rows);
 }
 
-static json_t *one_json(const hetab_fit *fit) {
+/* Those that a robust fit distrusts. */
+static json_t *distrusted_json(const hetab_fit *fit, const hetab_measurements *m) {
+  json_t *points = json_array();
+  size_t wavelengths = hetab_measurements_wavelength_count(m);
+  for (size_t i = 0; i < hetab_measurements_pair_count(m); i++)
+    for (size_t b = 0; b < fit->bands; b++) {
+      const hetab_directions *d = &hetab_measurements_pairs(m)[i];
+      if (fit->distrusted[i * fit->bands + b])
+        json_array_append_new(
+            points,
+            json_pack("{sf sf sf sf sf sf}", "wavelength_nm", 1e3 * fit->lambda_um[b],
+                      "theta_i_deg", hetab_degrees(d->theta_i), "theta_r_deg",
+                      hetab_degrees(d->theta_r), "phi_deg", hetab_degrees(d->phi), "measured",
+                      hetab_measurements_values(m)[i * wavelengths + fit->band_of[b]], "model",
+                      fit->model[i * fit->bands + b]));
+    }
+  return points;
+}
+
+static json_t *one_json(const hetab_fit *fit, const hetab_measurements *measurements) {
   json_t *estimates = json_array(), *incidences = json_array(), *starts = json_array();
   json_t *notes = json_array();
   for (size_t i = 0; i < fit->estimate_count; i++)
@@ -73,21 +92,22 @@ static json_t *one_json(const hetab_fit *fit) {
     json_array_append_new(starts, start_json(&fit->starts[i]));
   for (size_t i = 0; i < fit->note_count; i++)
     json_array_append_new(notes, cli_json_text(fit->notes[i]));
-  return json_pack("{sf sf ss ss ss sb sb sf sI sI sI sI sI so so so so so}", "error", fit->error,
-                   "rms", fit->rms, "weights", hetab_fit_weights_name(fit->weights), "constraint",
-                   hetab_fit_constraint_name(fit->constraint), "stop",
+  return json_pack("{sf sf ss ss ss sb sb sf sI sI sI sI sI so so so so so so}", "error",
+                   fit->error, "rms", fit->rms, "weights", hetab_fit_weights_name(fit->weights),
+                   "constraint", hetab_fit_constraint_name(fit->constraint), "stop",
                    hetab_fit_stop_name(fit->stop), "on_constraint", fit->on_constraint, "ambiguous",
                    fit->ambiguous, "margin", fit->margin, "pairs", (json_int_t)fit->used_pairs,
                    "values", (json_int_t)fit->used_values, "missing", (json_int_t)fit->missing,
                    "thinned", (json_int_t)fit->thinned, "evaluations", (json_int_t)fit->evaluations,
                    "estimates", estimates, "correlation", correlation_json(fit), "incidences",
-                   incidences, "starts", starts, "notes", notes);
+                   incidences, "starts", starts, "distrusted", distrusted_json(fit, measurements),
+                   "notes", notes);
 }
 
 json_t *fit_json(const fit_report *report) {
   json_t *fits = json_array();
   for (size_t i = 0; i < report->count; i++)
-    json_array_append_new(fits, one_json(report->fits[i]));
+    json_array_append_new(fits, one_json(report->fits[i], report->measurements));
   return json_pack("{so so ss ss so}", "measurements",
                    cli_json_text(hetab_measurements_name(report->measurements)), "device",
                    cli_json_text(report->device), "precision",

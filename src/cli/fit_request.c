@@ -143,6 +143,9 @@ static cli_option *search_options(cli_option *next, fit_request *r) {
        &o->max_evaluations, 10, 1e9},
       {CLI_FLAG, "derivative-free", 0, NULL, "COBYLA alone, without SLSQP after it",
        &o->derivative_free, 0, 0},
+      {CLI_FLAG, "robust", 0, NULL,
+       "a Cauchy loss in place of squares: values far off do not pull, and are listed", &o->robust,
+       0, 0},
       {CLI_COUNT, "bootstrap", 0, "N", "intervals also from N resamplings of the pairs (0)",
        &o->bootstrap, 0, 100000},
   };
@@ -171,7 +174,8 @@ static cli_option *output_options(cli_option *next, fit_request *r) {
        "bootstrap_high, unconstrained, end, determined}], correlation: {estimates, matrix}, "
        "incidences: [{theta_i_deg, values, error, rms, mean, bias, margin, margin_wavelength_nm, "
        "rho_dh, bound, polished_margin, room, excess}], starts: [{start, end, error, feasible, "
-       "best, probe}], notes}]}",
+       "best, probe}], distrusted: [{wavelength_nm, theta_i_deg, theta_r_deg, phi_deg, measured, "
+       "model}], notes}]}",
        &r->json, 0, 0},
   };
   memcpy(next, options, sizeof options);

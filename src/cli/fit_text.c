@@ -184,11 +184,11 @@ static void print_point(FILE *stream, const fit_report *report, const hetab_fit 
           hetab_degrees(p->theta_r), hetab_degrees(p->phi));
   print_number(stream, measured);
   print_number(stream, fit->model[i * fit->bands + b]);
-  fprintf(stream, ",%d\n", fit->used[i * fit->bands + b]);
+  fprintf(stream, ",%d,%d\n", fit->used[i * fit->bands + b], fit->distrusted[i * fit->bands + b]);
 }
 
 void fit_points_csv(FILE *stream, const fit_report *report) {
-  fputs("wavelength_nm,theta_i_deg,theta_r_deg,phi_deg,measured,model,used\n", stream);
+  fputs("wavelength_nm,theta_i_deg,theta_r_deg,phi_deg,measured,model,used,distrusted\n", stream);
   for (size_t f = 0; f < report->count; f++)
     for (size_t i = 0; i < hetab_measurements_pair_count(report->measurements); i++)
       for (size_t b = 0; b < report->fits[f]->bands; b++)

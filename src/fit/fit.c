@@ -26,6 +26,7 @@ void hetab_fit_free(hetab_fit *fit) {
   free(fit->diffuse);
   free(fit->model);
   free(fit->used);
+  free(fit->distrusted);
   hetab_surface_free(fit->surface);
   free(fit);
 }
@@ -42,6 +43,7 @@ static void clear_problem(hetab_fit_problem *p) {
   free(p->dd);
   free(p->room);
   free(p->active);
+  free(p->distrusted);
 }
 
 /* sigma0 and tau apart: the objective is a valley along a constant slope, so that is what is
@@ -226,6 +228,7 @@ static void fill_numbers(const hetab_fit_problem *p, const hetab_fit_state *best
   fit->used_values = p->data.values;
   fit->missing = p->data.missing;
   fit->thinned = p->data.thinned;
+  fit->distrusted_values = p->distrusted_count;
   size_t first = fit->estimate_count - p->groups;
   for (size_t i = 0; i < fit->estimate_count; i++)
     fit->estimates[i].wanted =
@@ -243,8 +246,9 @@ static hetab_status allocate_fit(hetab_fit_problem *p, const hetab_measurements 
   fit->diffuse = hetab_alloc(p->ctx, bands, sizeof *fit->diffuse);
   fit->model = hetab_alloc(p->ctx, count, bands * sizeof *fit->model);
   fit->used = hetab_alloc(p->ctx, count, bands);
+  fit->distrusted = hetab_alloc(p->ctx, count, bands);
   return fit->estimates && fit->incidences && fit->band_of && fit->lambda_um && fit->diffuse &&
-                 fit->model && fit->used
+                 fit->model && fit->used && fit->distrusted
              ? HETAB_OK
              : HETAB_ERR_MEMORY;
 }
@@ -262,8 +266,11 @@ static hetab_status fill_model(hetab_fit_problem *p, const hetab_measurements *m
   for (size_t i = 0; i < count * bands; i++)
     fit->model[i] += fit->diffuse[i % bands] / M_PI;
   for (size_t i = 0; i < p->data.count; i++)
-    for (size_t b = 0; b < bands; b++)
-      fit->used[p->data.pair_of[i] * bands + b] = p->data.weight[i * bands + b] > 0;
+    for (size_t b = 0; b < bands; b++) {
+      size_t place = p->data.pair_of[i] * bands + b;
+      fit->used[place] = p->data.weight[i * bands + b] > 0;
+      fit->distrusted[place] = p->distrusted && p->distrusted[i * bands + b];
+    }
   return HETAB_OK;
 }
 
@@ -406,6 +413,8 @@ static hetab_status run(hetab_fit_problem *p, hetab_engine *engine, const hetab_
   HETAB_GOTO(hetab_fit_state_create(p, &best));
   HETAB_GOTO(hetab_fit_state_create(p, &wished));
   HETAB_GOTO(allocate_fit(p, m, fit));
+  if (p->options.robust)
+    HETAB_GOTO(hetab_fit_make_robust(p, &best, fit));
   HETAB_GOTO(search(p, &best, &wished, fit));
   HETAB_GOTO(hetab_fit_intervals(p, &best, fit));
   fill_numbers(p, &best, &wished, fit);

@@ -115,6 +115,8 @@ typedef struct hetab_fit_problem {
   /* [incidence] where the constraint is looked at; NULL: everywhere. An optimum under some of it
    * that keeps all of it is the optimum under all of it. */
   unsigned char *active;
+  unsigned char *distrusted; /* [count][bands], of a robust fit; else NULL */
+  size_t distrusted_count;
 } hetab_fit_problem;
 
 hetab_status hetab_fit_state_create(const hetab_fit_problem *problem, hetab_fit_state *state);
@@ -148,6 +150,11 @@ hetab_status hetab_fit_search_beside(hetab_fit_problem *problem, size_t fixed,
                                      hetab_fit_state *state);
 /* The best state from all starts; those go to fit->starts. */
 hetab_status hetab_fit_search(hetab_fit_problem *problem, hetab_fit_state *best, hetab_fit *fit);
+
+/* Sets data.weight so that the least squares of all that follows are the least Cauchy loss, and
+ * problem->distrusted (fit_robust.c). */
+hetab_status hetab_fit_make_robust(hetab_fit_problem *problem, hetab_fit_state *best,
+                                   hetab_fit *fit);
 
 /* ---- intervals (fit_interval.c), sentences (fit_notes.c) --------------------------------------
  */

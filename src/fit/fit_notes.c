@@ -210,6 +210,11 @@ static void note_data(notes *n) {
   if (data->negative && n->p->options.weights != HETAB_FIT_WEIGHTS_LOG)
     note(n, "%zu values are below 0, as noise about a weak signal is; they are in the fit.",
          data->negative);
+  if (n->p->distrusted_count)
+    note(n,
+         "%zu of %zu values lie more than 5 robust standard deviations off the model and count for "
+         "little: --points and --json list them as distrusted.",
+         n->p->distrusted_count, data->values);
   if (data->thinned)
     note(n, "%zu pairs of directions were left out evenly, to keep %zu.", data->thinned,
          data->count);
