@@ -37,20 +37,6 @@ refuses "no output" 2 "no output" tabulate BBQAL2
 refuses "two surfaces" 2 "unexpected argument 'b'" tabulate a b -o a.h5
 refuses "devices with an argument" 2 "unexpected" devices x
 
-best=1000
-for _ in 1 2 3 4 5 6 7 8; do
-  before=${EPOCHREALTIME/./}
-  "$program" --help >/dev/null
-  elapsed=$(((${EPOCHREALTIME/./} - before) / 1000))
-  [ $elapsed -ge $best ] || best=$elapsed
-done
-# A sanitizer's start-up is not the program's.
-if grep -q __asan_init "$program"; then
-  skip "start-up time: built with a sanitizer"
-else
-  check "--help starts in 20 ms (took $best)" test $best -le 20
-fi
-
 "$program" --help >/dev/full 2>err
 one_line "full standard output" $? 1 "standard output: No space left"
 "$program" --help >&- 2>err
@@ -464,8 +450,8 @@ echo nonsense >judged/noise.h5
 refuses "audit: no input" 2 "no INPUT" audit
 refuses "audit: existing page" 1 "old.html exists" audit BBQAL1 --html judged/old.html
 refuses "audit: existing repair" 1 "old.binary exists" audit judged/t.binary --repair judged/old.binary
-refuses "audit: in place" 2 "is the input" audit judged/t.binary --repair judged/../judged/t.binary --force
-refuses "audit: page over an input" 2 "is an input" audit judged/t.h5 --html judged/t.h5 --force
+refuses "audit: in place" 1 "is an output too" audit judged/t.binary --repair judged/../judged/t.binary --force
+refuses "audit: page over an input" 1 "is an output too" audit judged/t.h5 --html judged/t.h5 --force
 refuses "audit: repair of several" 2 "takes one INPUT" audit judged/t.h5 BBQAL1 --repair judged/n.h5
 refuses "audit: repair of a surface" 2 "a surface, not a table" audit BBQAL1 --repair judged/n.h5
 refuses "audit: repair to another format" 2 "different formats" audit judged/t.h5 --repair judged/n.binary

@@ -7,6 +7,7 @@
 #include "fit_command.h"
 #include "fit_request.h"
 #include "options.h"
+#include "numbers.h"
 #include "output.h"
 #include "progress.h"
 
@@ -174,6 +175,8 @@ static int publish(const fit_job *job) {
     status = save_surface(job);
   if (status < 0)
     status = save_page(job);
+  if (status < 0)
+    status = cli_publish(job->ctx);
   if (status >= 0)
     return status;
   if (r->json)

@@ -4,6 +4,7 @@
 
 #include "cli.h"
 #include "core/angle.h"
+#include "numbers.h"
 #include "output.h"
 #include "progress.h"
 #include "tabulate_job.h"
@@ -42,13 +43,17 @@ static int plan_bands(const cli_command *self, tabulate_job *job) {
   return -1;
 }
 
+static size_t sample_count(const tabulate_request *r) {
+  return r->samples ? r->samples : HETAB_NO_SAMPLES;
+}
+
 static int plan_merl(const cli_command *self, tabulate_job *job) {
   const tabulate_request *r = job->request;
   hetab_merl_options *o = &job->merl;
   *o = (hetab_merl_options){.sampling = (hetab_merl_sampling)r->sampling,
                             .colour = (hetab_merl_colour)r->colour,
                             .specular_cone = hetab_radians(r->cone_deg),
-                            .samples = r->samples,
+                            .samples = sample_count(r),
                             .seed = (unsigned)r->seed};
   static const size_t needed[] = {
       [HETAB_MERL_SRGB] = 0, [HETAB_MERL_MONO] = 1, [HETAB_MERL_BANDS] = 3};
@@ -110,7 +115,7 @@ static void plan_engine(tabulate_job *job) {
                                        .precision = precision,
                                        .method = (hetab_method)r->method,
                                        .tolerance = r->tolerance};
-  job->sample = (hetab_tabulate_options){.samples = r->samples, .seed = (unsigned)r->seed};
+  job->sample = (hetab_tabulate_options){.samples = sample_count(r), .seed = (unsigned)r->seed};
   job->h5 = (hetab_h5_options){.element = r->element < 0 ? precision : (hetab_precision)r->element,
                                .compression = (int)r->compression};
 }
@@ -176,6 +181,8 @@ static int run_job(const cli_command *self, const tabulate_request *request) {
     status = write_tables(self, &job);
   }
   if (status < 0)
+    status = cli_publish(job.ctx);
+  if (status < 0)
     status = tabulate_summary(&job);
   free(job.reports);
   hetab_grid_free(job.grid);
@@ -199,8 +206,8 @@ const cli_command cli_tabulate = {
     .summary = "write the tables of a surface as HDF5, OpenEXR, MERL and RGL files",
     .description =
         "Evaluates SURFACE (a preset, see 'hetab surfaces', or a YAML file) over a whole grid and "
-        "writes the table to each FILE: dd + ud, in 1/sr, without a cosine. Files appear whole or "
-        "not at all, and none is overwritten without --force.\n\n"
+        "writes the table to each FILE: dd + ud, in 1/sr, without a cosine. All files appear, or "
+        "none, and none is overwritten without --force.\n\n"
         "The specular delta is not in the tables. An HDF5 file holds its reflectance rho_s as "
         "/specular_reflectance, an OpenEXR file as its last part; beside NAME.binary and NAME.bsdf "
         "it is written to NAME.specular.csv.\n\n"

@@ -1,10 +1,11 @@
 /* Scans of files: the reader is chosen by the file's first bytes. */
-#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
+#include "core/input_file.h"
+#include "core/option_size.h"
 #include "core/text.h"
 #include "roughness/heights.h"
 
@@ -27,13 +28,7 @@ static hetab_status read_signature(hetab_context *ctx, const char *path, char he
   memset(head, 0, 5);
   if (stat(path, &about) == 0 && !S_ISREG(about.st_mode))
     return HETAB_OK;
-  FILE *file = fopen(path, "rbe");
-  if (!file)
-    return hetab_fail(ctx, HETAB_ERR_IO, "%s: cannot open: %s: check the path", path,
-                      strerror(errno));
-  (void)!fread(head, 1, 4, file);
-  fclose(file);
-  return HETAB_OK;
+  return hetab_input_start(ctx, path, HETAB_INPUT_TEXT, head, 4);
 }
 
 static bool starts(const char *text, const char *with) {
@@ -60,6 +55,6 @@ static hetab_status read_by_content(hetab_context *ctx, const char *path,
 hetab_status hetab_heights_load(hetab_context *ctx, const char *path,
                                 const hetab_heights_options *options, hetab_heights **out) {
   *out = NULL;
-  static const hetab_heights_options none;
-  return hetab_heights_keep(ctx, read_by_content(ctx, path, options ? options : &none, out), out);
+  HETAB_OPTIONS(ctx, hetab_heights_options, own, options);
+  return hetab_heights_keep(ctx, read_by_content(ctx, path, &own, out), out);
 }
