@@ -816,7 +816,7 @@ static void test_bad_measurements(void **state) {
     size_t bands, first, count;
     const char *word; /* NULL: refused on creation */
   } cases[] = {{missing, 1, 0, 6, "no measurement is left"},
-               {negative, 1, 0, 6, "no measurement is left"},
+               {negative, 1, 0, 6, "0 or below"},
                {zero, 1, 0, 6, "all measurements are 0"},
                {some, 1, 4, 2, NULL},
                {some, 1, 0, 2, "do not determine"},
