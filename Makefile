@@ -61,6 +61,16 @@ test: setup ## set up, build and run every test
 	@$(MAKE) --no-print-directory -s build tests
 	@sh scripts/run_tests $(BUILD)
 
+# HETAB_SHAPE lays the kernels out as for a GPU, whatever the device is.
+.PHONY: test-gpu-shape
+test-gpu-shape: $(patsubst %,gpu-shape-%,golden engine) ## the golden and engine tests with kernels laid out as for a GPU
+
+.PHONY: test-gpu-shape-all
+test-gpu-shape-all: $(patsubst %,gpu-shape-%,golden engine tabulate merl reflectance rgl) ## so, every test that runs on a device
+
+gpu-shape-%: $(BUILD)/tests/test_%
+	@HETAB_SHAPE=gpu $<
+
 .PHONY: test-renderers
 test-renderers: setup ## check the .bsdf tables in Mitsuba 3 (from PyPI, below build/)
 	@$(MAKE) --no-print-directory -s build
