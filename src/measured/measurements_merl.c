@@ -1,91 +1,78 @@
-/* MERL tables: 1,458,000 cells are more than a fit needs, and their incidences are all different.
- * Here are the directions of a gonioreflectometer, interpolated between the cells' centres. */
+/* MERL and RGL tables. MERL: 1,458,000 cells are more than a fit needs, and their incidences are
+ * all different. Here are the directions of a gonioreflectometer, interpolated between the cells'
+ * centres. */
 #include <math.h>
 
 #include <hetab/merl.h>
+#include <hetab/rgl.h>
 
 #include "measured/measurement_sheet.h"
-#include "table/half_diff.h"
+#include "table/merl_frame.h"
 
-enum { CHANNELS = 3, CORNERS = 8 };
+enum { CHANNELS = HETAB_MERL_CHANNELS, MOST_CHANNELS = 4096 };
 
 /* In degrees; theta_r every 2.5 so that every theta_i has its mirror direction. */
 enum { THETA_I_STEP = 10, THETA_I_END = 80, THETA_R_END = 85, PHI_STEP = 15 };
 static const double theta_r_step = 2.5;
 
-/* The cell's number along phi_d: phi_d and phi_d + pi are one (reciprocity). */
-static int wrapped(int p) {
-  p %= HETAB_MERL_PHI_D;
-  return p < 0 ? p + HETAB_MERL_PHI_D : p;
-}
+/* ---- directions ---------------------------------------------------------------------------- */
 
-static int clamped(int i, int count) {
-  return i < 0 ? 0 : i < count ? i : count - 1;
-}
+/* What a table holds at a pair of directions. */
+typedef void (*table_at)(const void *table, const hetab_measured_angles *angles, double *values);
 
-static size_t cell_at(const int place[3]) {
-  size_t h = (size_t)clamped(place[0], HETAB_MERL_THETA_H);
-  size_t d = (size_t)clamped(place[1], HETAB_MERL_THETA_D);
-  return (h * HETAB_MERL_THETA_D + d) * HETAB_MERL_PHI_D + (size_t)wrapped(place[2]);
-}
-
-/* Linear between centres; a corner below the horizon, or without a number, leaves its weight to the
- * others. NaN where all are. */
-static void interpolate(const hetab_merl *merl, const double place[3], double values[CHANNELS]) {
-  double sum[CHANNELS] = {0}, weights = 0;
-  for (int corner = 0; corner < CORNERS; corner++) {
-    int at[3];
-    double weight = 1;
-    for (int axis = 0; axis < 3; axis++) {
-      int up = corner >> axis & 1;
-      double low = floor(place[axis] - 0.5), fraction = place[axis] - 0.5 - low;
-      at[axis] = (int)low + up;
-      weight *= up ? fraction : 1 - fraction;
-    }
-    size_t cell = cell_at(at);
-    double corners[CHANNELS];
+static void merl_at(const void *table, const hetab_measured_angles *angles, double *values) {
+  hetab_half_diff half = hetab_half_diff_of(angles->theta_i, angles->theta_r, angles->phi_r);
+  if (!hetab_merl_read_interpolated(table, hetab_merl_place_of(half), values))
     for (int c = 0; c < CHANNELS; c++)
-      corners[c] = hetab_merl_channel_const(merl, c)[cell];
-    if (!(corners[0] >= 0 && corners[1] >= 0 && corners[2] >= 0))
-      continue;
-    for (int c = 0; c < CHANNELS; c++)
-      sum[c] += weight * corners[c];
-    weights += weight;
-  }
-  for (int c = 0; c < CHANNELS; c++)
-    values[c] = weights > 0 ? sum[c] / weights : (double)NAN;
+      values[c] = (double)NAN;
 }
 
-static hetab_status add_direction(hetab_sheet *sheet, const hetab_merl *merl, double theta_i_deg,
-                                  double theta_r_deg, double phi_deg) {
-  hetab_measured_angles angles = {theta_i_deg * M_PI / 180, 0, theta_r_deg * M_PI / 180,
-                                  phi_deg * M_PI / 180};
-  hetab_half_diff half = hetab_half_diff_of(angles.theta_i, angles.theta_r, angles.phi_r);
-  double place[3] = {HETAB_MERL_THETA_H * sqrt(half.theta_h / M_PI_2),
-                     HETAB_MERL_THETA_D * half.theta_d / M_PI_2,
-                     HETAB_MERL_PHI_D * half.phi_d / M_PI};
-  double values[CHANNELS];
-  interpolate(merl, place, values);
-  return hetab_sheet_add(sheet, &angles, values);
+static void rgl_at(const void *table, const hetab_measured_angles *a, double *values) {
+  float wi[3] = {(float)sin(a->theta_i), 0, (float)cos(a->theta_i)}, found[MOST_CHANNELS];
+  float wo[3] = {(float)(sin(a->theta_r) * cos(a->phi_r)), (float)(sin(a->theta_r) * sin(a->phi_r)),
+                 (float)cos(a->theta_r)};
+  hetab_rgl_eval(table, wi, wo, found);
+  for (size_t c = 0; c < hetab_rgl_channel_count(table); c++)
+    values[c] = (double)found[c];
 }
 
-static hetab_status add_incidence(hetab_sheet *sheet, const hetab_merl *merl, double theta_i_deg) {
+static hetab_status add_incidence(hetab_sheet *sheet, table_at at, const void *table,
+                                  double theta_i_deg) {
+  double values[MOST_CHANNELS];
   for (double theta_r = 0; theta_r <= THETA_R_END; theta_r += theta_r_step) {
     /* At the normal every azimuth is the same direction. */
     int first = theta_i_deg == 0 || theta_r == 0 ? 180 : 0;
-    for (int phi = first; phi <= 180; phi += PHI_STEP)
-      HETAB_TRY(add_direction(sheet, merl, theta_i_deg, theta_r, phi));
+    for (int phi = first; phi <= 180; phi += PHI_STEP) {
+      hetab_measured_angles angles = {theta_i_deg * M_PI / 180, 0, theta_r * M_PI / 180,
+                                      phi * M_PI / 180};
+      at(table, &angles, values);
+      HETAB_TRY(hetab_sheet_add(sheet, &angles, values));
+    }
   }
   return HETAB_OK;
 }
 
+static hetab_status sample(hetab_sheet *sheet, table_at at, const void *table,
+                           const double *lambda_um, size_t channels) {
+  HETAB_TRY(hetab_sheet_begin(sheet, lambda_um ? lambda_um : hetab_rgb_um, channels));
+  for (int theta_i = 0; theta_i <= THETA_I_END; theta_i += THETA_I_STEP)
+    HETAB_TRY(add_incidence(sheet, at, table, theta_i));
+  return HETAB_OK;
+}
+
 hetab_status hetab_measurements_read_merl(hetab_sheet *sheet) {
-  static const double lambda_um[CHANNELS] = {0.61, 0.55, 0.46}; /* red, green, blue */
   hetab_merl *merl;
   HETAB_TRY(hetab_merl_load(sheet->ctx, sheet->path, &merl));
-  hetab_status status = hetab_sheet_begin(sheet, lambda_um, CHANNELS);
-  for (int theta_i = 0; theta_i <= THETA_I_END && status == HETAB_OK; theta_i += THETA_I_STEP)
-    status = add_incidence(sheet, merl, theta_i);
+  hetab_status status = sample(sheet, merl_at, merl, NULL, CHANNELS);
   hetab_merl_free(merl);
+  return status;
+}
+
+hetab_status hetab_measurements_read_rgl(hetab_sheet *sheet) {
+  hetab_rgl *rgl;
+  HETAB_TRY(hetab_rgl_load(sheet->ctx, sheet->path, &rgl));
+  hetab_status status =
+      sample(sheet, rgl_at, rgl, hetab_rgl_wavelengths_um(rgl), hetab_rgl_channel_count(rgl));
+  hetab_rgl_free(rgl);
   return status;
 }
