@@ -151,8 +151,10 @@ static hetab_status open_descriptor(hetab_context *ctx, hetab_h5_table *table) {
   static const unsigned char signature[8] = {0x89, 'H', 'D', 'F', '\r', '\n', 0x1a, '\n'};
   unsigned char start[sizeof signature];
   HETAB_TRY(hetab_input_open(ctx, table->path, HETAB_INPUT_TABLE, &table->descriptor.fd));
-  if (pread(table->descriptor.fd, start, sizeof start, 0) != (ssize_t)sizeof start ||
-      memcmp(start, signature, sizeof start) != 0)
+  ssize_t count = pread(table->descriptor.fd, start, sizeof start, 0);
+  if (count < 0)
+    return hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': %m", table->path);
+  if (count != (ssize_t)sizeof start || memcmp(start, signature, sizeof start) != 0)
     return hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' is not an HDF5 file", table->path);
   return HETAB_OK;
 }
