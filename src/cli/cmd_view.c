@@ -34,27 +34,20 @@ typedef struct view_job {
 
 /* ---- what goes where ----------------------------------------------------------------------- */
 
-static int ends_in(const char *path, const char *ending) {
-  size_t length = strlen(path), tail = strlen(ending);
-  return length > tail && strcasecmp(path + length - tail, ending) == 0 &&
-         path[length - tail - 1] != '/';
-}
-
+/* A page, unless the name asks for OpenEXR; NULL: for neither. */
 static save_fn find_format(const char *path) {
-  static const struct {
-    const char *ending;
-    save_fn save;
-  } formats[] = {{".png", hetab_view_save_png}, {".exr", hetab_view_save_exr}};
-  for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
-    if (ends_in(path, formats[i].ending))
-      return formats[i].save;
-  return NULL;
+  const char *dot = strrchr(path, '.');
+  hetab_format format;
+  if (hetab_format_by_ending(path, &format))
+    return format == HETAB_FORMAT_EXR ? hetab_view_save_exr : NULL;
+  return dot && dot > path && dot[-1] != '/' && strcasecmp(dot, ".png") == 0 ? hetab_view_save_png
+                                                                             : NULL;
 }
 
 /* Tables are told apart from surfaces by their names, and from each other by their content. */
 static int is_table(const char *input) {
-  return ends_in(input, ".h5") || ends_in(input, ".hdf5") || ends_in(input, ".binary") ||
-         ends_in(input, ".bsdf");
+  hetab_format format;
+  return hetab_format_by_ending(input, &format) && format != HETAB_FORMAT_EXR;
 }
 
 static int plan(const cli_command *self, view_job *job) {
