@@ -37,10 +37,11 @@ static hetab_status measure_file(hetab_context *ctx, const char *path, hetab_aud
 
 hetab_status hetab_audit_table(hetab_context *ctx, hetab_engine *engine, const char *path,
                                const hetab_audit_options *options, hetab_audit **out) {
-  hetab_audit_options o = hetab_audit_defaults(options);
+  hetab_audit_options o;
   bool is_h5;
   hetab_audit *audit;
   *out = NULL;
+  HETAB_TRY(hetab_audit_options_take(ctx, options, &o));
   HETAB_TRY(find_format(ctx, path, &is_h5));
   hetab_status status =
       hetab_audit_new(ctx, is_h5 ? HETAB_AUDIT_H5 : HETAB_AUDIT_MERL, path, &audit);
