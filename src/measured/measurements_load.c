@@ -73,12 +73,15 @@ static hetab_status read_file(hetab_sheet *sheet) {
     return hetab_measurements_read_h5(sheet);
   if (known && format == HETAB_FORMAT_MERL)
     return hetab_measurements_read_merl(sheet);
+  if (known && format == HETAB_FORMAT_RGL)
+    return hetab_measurements_read_rgl(sheet);
   return read_text(sheet);
 }
 
-hetab_status hetab_measurements_load(hetab_context *ctx, const char *path,
-                                     hetab_measurements **out) {
-  hetab_sheet sheet = {.ctx = ctx, .path = path};
+hetab_status hetab_measurements_load_at(hetab_context *ctx, const char *path,
+                                        const double *lambda_um, size_t count,
+                                        hetab_measurements **out) {
+  hetab_sheet sheet = {.ctx = ctx, .path = path, .given_um = lambda_um, .given = count};
   *out = NULL;
   hetab_status status = read_file(&sheet);
   if (status == HETAB_OK)
@@ -86,4 +89,9 @@ hetab_status hetab_measurements_load(hetab_context *ctx, const char *path,
   hetab_sheet_clear(&sheet);
   hetab_csv_clear(&sheet.csv);
   return status;
+}
+
+hetab_status hetab_measurements_load(hetab_context *ctx, const char *path,
+                                     hetab_measurements **out) {
+  return hetab_measurements_load_at(ctx, path, NULL, 0, out);
 }
