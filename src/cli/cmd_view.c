@@ -36,14 +36,17 @@ typedef struct view_job {
 
 /* ---- what goes where ----------------------------------------------------------------------- */
 
+static int ends_in(const char *path, const char *ending) {
+  const char *dot = strrchr(path, '.');
+  return dot && dot > path && dot[-1] != '/' && strcasecmp(dot, ending) == 0;
+}
+
 /* A page, unless the name asks for OpenEXR; NULL: for neither. */
 static save_fn find_format(const char *path) {
-  const char *dot = strrchr(path, '.');
   hetab_format format;
   if (hetab_format_by_ending(path, &format))
     return format == HETAB_FORMAT_EXR ? hetab_view_save_exr : NULL;
-  return dot && dot > path && dot[-1] != '/' && strcasecmp(dot, ".png") == 0 ? hetab_view_save_png
-                                                                             : NULL;
+  return ends_in(path, ".png") ? hetab_view_save_png : NULL;
 }
 
 /* Tables are told apart from surfaces by their names, and from each other by their content. */
