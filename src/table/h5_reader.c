@@ -10,6 +10,7 @@
 #include "core/context.h"
 #include "core/input_file.h"
 #include "table/h5_common.h"
+#include "table/table_format.h"
 
 /* Axes of /brdf, in its order. */
 enum { WAVELENGTH, THETA_I, THETA_R, PHI, RANK };
@@ -58,6 +59,13 @@ static hetab_status read_failed(hetab_context *ctx, const hetab_h5_table *table,
                                 const hetab_h5_errors *errors) {
   return hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' is damaged: /%s cannot be read: HDF5: %s",
                     table->path, name, errors->text);
+}
+
+/* Every number came from the file. */
+static hetab_status check_read(hetab_context *ctx, const hetab_h5_table *table) {
+  return table->descriptor.error ? hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': %s",
+                                              table->path, strerror(table->descriptor.error))
+                                 : HETAB_OK;
 }
 
 /* --- axes ----------------------------------------------------------------------------------- */
@@ -141,11 +149,11 @@ static hetab_status read_angles(hetab_context *ctx, hetab_h5_table *table, hetab
 /* --- opening -------------------------------------------------------------------------------- */
 
 static hetab_status open_descriptor(hetab_context *ctx, hetab_h5_table *table) {
-  static const unsigned char signature[8] = {0x89, 'H', 'D', 'F', '\r', '\n', 0x1a, '\n'};
-  unsigned char start[sizeof signature];
+  unsigned char start[HETAB_FORMAT_START] = {0};
+  hetab_format format;
   HETAB_TRY(hetab_input_open(ctx, table->path, HETAB_INPUT_TABLE, &table->descriptor.fd));
-  if (pread(table->descriptor.fd, start, sizeof start, 0) != (ssize_t)sizeof start ||
-      memcmp(start, signature, sizeof start) != 0)
+  if (pread(table->descriptor.fd, start, sizeof start, 0) < 0 ||
+      !hetab_format_by_start(start, &format) || format != HETAB_FORMAT_H5)
     return hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' is not an HDF5 file", table->path);
   return HETAB_OK;
 }
@@ -236,8 +244,11 @@ hetab_status hetab_h5_open_any(hetab_context *ctx, const char *path, hetab_h5_ta
   HETAB_GOTO(hetab_grid_create(ctx, &table->grid));
   HETAB_GOTO(open_descriptor(ctx, table));
   HETAB_GOTO(open_datasets(ctx, table, &errors));
+  status = check_read(ctx, table);
 done:
   hetab_h5_errors_end(&errors);
+  if (status != HETAB_OK && table->descriptor.error)
+    status = check_read(ctx, table); /* which explains the rest */
   if (status == HETAB_OK)
     *out = table;
   else
@@ -309,6 +320,7 @@ hetab_status hetab_h5_read(hetab_context *ctx, hetab_h5_table *table, size_t wav
   hetab_h5_errors_begin(&errors);
   herr_t result = read_block(table, wavelength, values);
   hetab_h5_errors_end(&errors);
+  HETAB_TRY(check_read(ctx, table));
   return result < 0 ? read_failed(ctx, table, "brdf", &errors) : HETAB_OK;
 }
 
@@ -326,7 +338,7 @@ static hetab_status read_whole(hetab_context *ctx, const hetab_h5_table *table, 
     status = read_failed(ctx, table, name, &errors);
   H5Dclose(dataset);
   hetab_h5_errors_end(&errors);
-  return status;
+  return table->descriptor.error ? check_read(ctx, table) : status;
 }
 
 hetab_status hetab_h5_read_specular(hetab_context *ctx, hetab_h5_table *table, double *values) {
