@@ -8,8 +8,9 @@
  *   /n, /k                 float64 [wavelength]
  *   /wavelength (nm), /theta_i, /theta_r, /phi (deg)   float64 dimension scales, attribute `units`
  *   attributes of /: name, sigma0_um, tau_um, index_source, hetab_version, method, precision,
- *                    device, tolerance, error_max_rel, error_p99_rel, error_rms_rel,
- *                    error_max_abs_below_floor, error_samples, error_compared
+ *                    device, tolerance, error_max_sampled, error_share_above, error_p99_rel,
+ *                    error_rms_rel, error_max_abs_below_floor, error_samples, error_compared
+ *                    (hetab_error_stats; until version 1.0 the first was called error_max_rel)
  */
 #ifndef HETAB_TABLE_H
 #define HETAB_TABLE_H
@@ -86,6 +87,8 @@ hetab_status hetab_h5_bands(hetab_context *ctx, hetab_h5_table *table, hetab_ban
 hetab_status hetab_h5_number(hetab_context *ctx, hetab_h5_table *table, const char *name,
                              double *value);
 
+const char *hetab_format_name(hetab_format format); /* "HDF5", "MERL", "RGL", "OpenEXR" */
+const char *hetab_format_word(hetab_format format); /* "hdf5", "merl", "rgl", "exr": in JSON */
 /* The format that an output's name asks for by its ending, .h5, .hdf5, .exr, .binary or .bsdf. 0 if
  * it has none of these. */
 int hetab_format_by_ending(const char *path, hetab_format *format);

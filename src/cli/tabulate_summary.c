@@ -72,22 +72,14 @@ static json_t *rgl_json(const tabulate_job *job, const hetab_rgl_report *r) {
                    (json_int_t)r->clamped);
 }
 
-static const char *format_name(hetab_format format) {
-  static const char *const names[] = {[HETAB_FORMAT_H5] = "hdf5",
-                                      [HETAB_FORMAT_MERL] = "merl",
-                                      [HETAB_FORMAT_RGL] = "rgl",
-                                      [HETAB_FORMAT_EXR] = "exr"};
-  return names[format];
-}
-
 static json_t *output_json(const tabulate_job *job, size_t i) {
   const hetab_output_report *output = &job->reports[i];
   const hetab_report *report = &output->report;
   json_t *json = json_pack(
       "{so ss sf sf sf sf sf so so}", "file", cli_json_text(job->request->files.items[i]), "format",
-      format_name(output->format), "entries", report->entries, "seconds", report->wall_seconds,
-      "entries_per_second", rate(report->entries, report->wall_seconds), "kernel_seconds",
-      report->kernel_seconds, "kernel_entries_per_second",
+      hetab_format_word(output->format), "entries", report->entries, "seconds",
+      report->wall_seconds, "entries_per_second", rate(report->entries, report->wall_seconds),
+      "kernel_seconds", report->kernel_seconds, "kernel_entries_per_second",
       rate(report->entries, report->kernel_seconds), "error", cli_json_error(&report->error),
       "specular", specular_json(job, i));
   if (json)
@@ -177,9 +169,25 @@ static void print_specular(const tabulate_job *job, size_t i) {
   free(file);
 }
 
+/* What the column "max error" is. */
+static void print_sample(const char *path, const hetab_error_stats *error) {
+  static const double few = 0.01;
+  double share = hetab_error_share_above(error);
+  if (error->samples && share > few)
+    printf(
+        "%s: warning: only %zu of the %zu entries compared are above 1e-9 / sr: max error may be "
+        "exceeded by %.3g %% of all such entries (at 95 %%); take more --samples\n",
+        path, error->compared, error->samples, 100.0 * share);
+  else if (error->samples)
+    printf("%s: max error is that of %zu entries compared; at most %.2g %% of all exceed it (at 95 "
+           "%%)\n",
+           path, error->compared, 100.0 * share);
+}
+
 static void print_notes(const tabulate_job *job, size_t i) {
   const hetab_output_report *r = &job->reports[i];
   const char *path = job->request->files.items[i];
+  print_sample(path, &r->report.error);
   if (r->format == HETAB_FORMAT_RGL)
     print_rgl(job, path, &r->rgl);
   print_specular(job, i);
