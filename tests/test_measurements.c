@@ -310,7 +310,8 @@ static void test_rgl_is_sampled(void **state) {
                    (float)cos(p->theta_r)};
     hetab_rgl_eval(rgl, wi, wo, found);
     for (size_t c = 0; c < 3; c++) /* blue first */
-      assert_near(value(m, i, c), (double)found[2 - c], 1e-5 * (double)found[2 - c]);
+      /* The last bit of a direction in float is up to 6e-8, and the lobe's slope some hundreds. */
+      assert_near(value(m, i, c), (double)found[2 - c], 5e-5 * (double)found[2 - c]);
   }
   hetab_measurements_free(m);
   hetab_rgl_free(rgl);
