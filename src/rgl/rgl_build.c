@@ -148,12 +148,13 @@ static size_t clamp_count(double count, size_t least, size_t most) {
 
 /* The shape that errors of `level` are expected of. A quarter of it is left to the incidences,
  * whose errors are biased: their cost is linear, that of nodes quadratic. */
-static hetab_rgl_shape shape_for(const search *s, double level) {
-  hetab_rgl_shape shape = s->shape;
+static hetab_rgl_shape shape_for(const hetab_rgl_shape *nodes, double intervals, double cells,
+                                 double level) {
+  hetab_rgl_shape shape = *nodes;
   shape.theta_i =
-      clamp_count(ceil(s->intervals / sqrt(0.5 * level)) + 1.0, LEAST_THETA_I, MOST_THETA_I);
+      clamp_count(ceil(intervals / sqrt(0.5 * level)) + 1.0, LEAST_THETA_I, MOST_THETA_I);
   shape.resolution =
-      clamp_count(ceil(s->cells / sqrt(0.5 * level)) + 1.0, LEAST_RESOLUTION, MOST_RESOLUTION);
+      clamp_count(ceil(cells / sqrt(0.5 * level)) + 1.0, LEAST_RESOLUTION, MOST_RESOLUTION);
   return shape;
 }
 
@@ -201,12 +202,12 @@ static hetab_status try_shape(search *s, const hetab_rgl_shape *shape, int is_la
  * larger file. */
 static hetab_status find_shape(search *s) {
   const double hopeless = 4.0; /* times the target */
-  hetab_rgl_shape next = shape_for(s, coarsest);
+  hetab_rgl_shape next = shape_for(&s->shape, s->intervals, s->cells, coarsest);
   double level = coarsest;
   for (size_t k = 0; k < LEVELS; k++) {
     hetab_rgl_shape shape = next;
     int is_last = k + 1 == LEVELS, is_tried = level <= hopeless * s->target || is_last;
-    next = shape_for(s, level *= finer);
+    next = shape_for(&s->shape, s->intervals, s->cells, level *= finer);
     if (!is_last && (!is_tried || is_same(&shape, &next)))
       continue;
     HETAB_TRY(try_shape(s, &shape, is_last));
@@ -215,6 +216,14 @@ static hetab_status find_shape(search *s) {
       break;
   }
   return HETAB_OK;
+}
+
+/* The shape that is asked for, whatever its error. */
+static hetab_status make_shape(search *s, const hetab_rgl_options *options) {
+  hetab_rgl_shape shape = s->shape;
+  shape.theta_i = clamp_count((double)options->theta_i_count, LEAST_THETA_I, MOST_THETA_I);
+  shape.resolution = clamp_count((double)options->resolution, LEAST_RESOLUTION, MOST_RESOLUTION);
+  return try_shape(s, &shape, 1);
 }
 
 /* Nodes for the lobe: at least 4 over its half width. */
@@ -241,29 +250,55 @@ static hetab_status probe_cells(search *s) {
   hetab_rgl_shape shape = s->shape;
   hetab_rgl_report report;
   hetab_rgl_trial own = {0};
-  hetab_rgl *probe;
   hetab_status status;
   shape.theta_i = SLICES;
   shape.resolution = RESOLUTION;
   for (size_t k = 0; k < SLICES; k++)
     theta_i[k] = hetab_radians(theta_deg[k]);
-  HETAB_TRY(build_at(s->ctx, s->source, theta_i, &shape, &probe));
-  HETAB_GOTO(hetab_rgl_trial_at(s->ctx, s->source, probe, theta_i, SLICES - 1, &own));
-  hetab_rgl_trial_run(&own, probe, &report);
+  HETAB_TRY(build_at(s->ctx, s->source, theta_i, &shape, &s->best));
+  HETAB_GOTO(hetab_rgl_trial_at(s->ctx, s->source, s->best, theta_i, SLICES - 1, &own));
+  hetab_rgl_trial_run(&own, s->best, &report);
   s->cells = (RESOLUTION - 1) * sqrt(report.error_l1);
-  HETAB_GOTO(hetab_rgl_trial_create(s->ctx, s->source, probe, 1, &s->trial));
 done:
   hetab_rgl_trial_clear(&own);
-  hetab_rgl_free(probe);
   return status;
 }
 
-static hetab_status prepare(search *s) {
+static hetab_status probe(search *s) {
   HETAB_TRY(choose_nodes(s));
   HETAB_TRY(probe_density(s->ctx, s->source, s->density));
   for (size_t k = 1; k < PROBES; k++)
     s->intervals += 0.5 * (s->density[k - 1] + s->density[k]) * M_PI_2 / (PROBES - 1);
   return probe_cells(s);
+}
+
+/* ---- forecasts ----------------------------------------------------------------------------- */
+
+hetab_status hetab_rgl_forecast_make(hetab_context *ctx, const hetab_rgl_source *source,
+                                     hetab_rgl_forecast *out) {
+  search s = {.ctx = ctx, .source = source};
+  hetab_status status = probe(&s);
+  *out = (hetab_rgl_forecast){.intervals = s.intervals, .cells = s.cells, .nodes = s.shape};
+  hetab_rgl_free(s.best);
+  return status;
+}
+
+/* Of the error that intervals and cells lead to expect of the mean incidence, that of the worst is
+ * `usual` times as much, and `most` times for all but few surfaces (tests/test_plan.c). */
+static const double usual = 1.35, most = 1.9;
+
+hetab_status hetab_rgl_forecast_at(hetab_context *ctx, const hetab_rgl_forecast *f,
+                                   const hetab_rgl_source *source, double table_error,
+                                   hetab_rgl_report *out) {
+  hetab_rgl_shape shape = shape_for(&f->nodes, f->intervals, f->cells, margin * table_error / most);
+  *out = (hetab_rgl_report){.target = table_error,
+                            .theta_i_count = shape.theta_i,
+                            .ndf_count = shape.ndf,
+                            .vndf_count = shape.vndf_theta,
+                            .resolution = shape.resolution};
+  out->error_l1 = usual * (pow(f->intervals / (double)(shape.theta_i - 1), 2) +
+                           pow(f->cells / (double)(shape.resolution - 1), 2));
+  return hetab_rgl_shape_bytes(ctx, source, &shape, &out->bytes);
 }
 
 hetab_status hetab_rgl_build(hetab_context *ctx, const hetab_rgl_source *source,
@@ -276,8 +311,9 @@ hetab_status hetab_rgl_build(hetab_context *ctx, const hetab_rgl_source *source,
     s.target = 0.01;
   if (!(s.target > 0.0 && s.target <= 1.0))
     return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "table_error %g: give a value up to 1", s.target);
-  HETAB_GOTO(prepare(&s));
-  HETAB_GOTO(find_shape(&s));
+  HETAB_GOTO(probe(&s));
+  HETAB_GOTO(hetab_rgl_trial_create(ctx, source, s.best, 1, &s.trial));
+  HETAB_GOTO(options->resolution ? make_shape(&s, options) : find_shape(&s));
 done:
   hetab_rgl_trial_clear(&s.trial);
   if (status != HETAB_OK) {
