@@ -8,7 +8,7 @@
 #include <strings.h>
 #include <zip.h>
 #include "roughness/heights.h"
-#include "roughness/md5.h"
+#include "core/md5.h"
 #include "roughness/x3p_xml.h"
 
 static const size_t most_xml = (size_t)256 << 20;
