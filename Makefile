@@ -157,7 +157,8 @@ $(BUILD)/kernels_embedded.c: scripts/embed_kernels $(wildcard kernels/*)
 	$(PYTHON) scripts/embed_kernels kernels $@
 
 SHADERS := $(filter-out %.c src/shader/shader_parts.h,$(wildcard src/shader/*))
-$(BUILD)/shaders_embedded.c: scripts/embed_files $(SHADERS)
+# The folder itself: renamed files keep their time.
+$(BUILD)/shaders_embedded.c: scripts/embed_files src/shader $(SHADERS)
 	@mkdir -p $(@D)
 	$(PYTHON) scripts/embed_files shader/shader_parts.h hetab_shader_template hetab_shader_templates $(SHADERS) $@
 

@@ -34,6 +34,13 @@ static inline real hetab_panel_start(const hetab_atlas *atlas, int panel) {
   return atlas->panels[panel * HETAB_PANEL_REALS + HETAB_PANEL_START];
 }
 
+/* A row's segments are its work-item's own, or shared by the group along it. */
+#if HETAB_ROW_ITEMS > 1
+#define HETAB_SEGMENT_SPACE __local
+#else
+#define HETAB_SEGMENT_SPACE __private
+#endif
+
 /* The polynomial of one segment for one row. */
 typedef struct hetab_segment {
   real start;         /* x where it begins */
@@ -41,6 +48,7 @@ typedef struct hetab_segment {
   real h_centre;      /* kept out of the exponent, which stays small */
   real c[HETAB_ATLAS_X_PAD];
 } hetab_segment;
+#define HETAB_SEGMENT_VECTORS (HETAB_ATLAS_X_PAD / HETAB_VW) /* of c */
 
 /* One row's x = wave_x (d2 + p (1 + cos phi)), factors apart so that t does not cancel. */
 typedef struct hetab_row_x {
@@ -48,26 +56,34 @@ typedef struct hetab_row_x {
   real p;
 } hetab_row_x;
 
-static inline void hetab_atlas_load(const hetab_atlas *atlas, int segment, real u,
-                                    const hetab_row_x *x, hetab_segment *s) {
+static inline real hetab_segment_start(const hetab_atlas *atlas, int segment) {
+  return atlas->segments[segment * HETAB_SEGMENT_REALS + HETAB_SEGMENT_START];
+}
+
+/* All but the coefficients. */
+static inline void hetab_atlas_head(const hetab_atlas *atlas, int segment, const hetab_row_x *x,
+                                    HETAB_SEGMENT_SPACE hetab_segment *s) {
   __global const real *head = atlas->segments + segment * HETAB_SEGMENT_REALS;
-  __global const real *table = atlas->coefficients + segment * (HETAB_ATLAS_G * HETAB_ATLAS_X_PAD);
   s->start = head[HETAB_SEGMENT_START];
   s->h_centre = head[HETAB_SEGMENT_H];
   s->offset =
       hetab_product_less(x->wave_x, x->d2, head[HETAB_SEGMENT_CENTRE]) * head[HETAB_SEGMENT_SCALE];
   s->slope = x->wave_x.hi * x->p * head[HETAB_SEGMENT_SCALE];
-  for (int i = 0; i < HETAB_ATLAS_X_PAD / HETAB_VW; i++) {
-    vreal c = V_LOAD((HETAB_ATLAS_G - 1) * (HETAB_ATLAS_X_PAD / HETAB_VW) + i, table);
+}
+
+/* Vector i of the coefficients. */
+static inline void hetab_atlas_coefficients(const hetab_atlas *atlas, int segment, int i, real u,
+                                            HETAB_SEGMENT_SPACE hetab_segment *s) {
+  __global const real *table = atlas->coefficients + segment * (HETAB_ATLAS_G * HETAB_ATLAS_X_PAD);
+  vreal c = V_LOAD((HETAB_ATLAS_G - 1) * HETAB_SEGMENT_VECTORS + i, table);
 #pragma unroll
-    for (int k = HETAB_ATLAS_G - 2; k >= 0; k--)
-      c = fma(c, (vreal)u, V_LOAD(k * (HETAB_ATLAS_X_PAD / HETAB_VW) + i, table));
-    V_STORE(c, i, s->c);
-  }
+  for (int k = HETAB_ATLAS_G - 2; k >= 0; k--)
+    c = fma(c, (vreal)u, V_LOAD(k * HETAB_SEGMENT_VECTORS + i, table));
+  V_STORE(c, i, s->c);
 }
 
 /* h at 1 + cos phi; held to the segment's ends outside. */
-static inline vreal hetab_atlas_h(const hetab_segment *s, vreal one_plus_cos) {
+static inline vreal hetab_atlas_h(const HETAB_SEGMENT_SPACE hetab_segment *s, vreal one_plus_cos) {
   vreal t =
       clamp(fma(one_plus_cos, (vreal)s->slope, (vreal)s->offset), (vreal)RC(-1.0), (vreal)RC(1.0));
   /* even and odd powers apart: two chains that overlap */
@@ -99,13 +115,14 @@ static inline void hetab_atlas_load_column(const hetab_atlas *atlas, int panel, 
   column->h_centre = RC(0.0);
   if (x >= panel_head[HETAB_PANEL_X_END])
     return;
-  while (segment > first && x < atlas->segments[segment * HETAB_SEGMENT_REALS])
+  while (segment > first && x < hetab_segment_start(atlas, segment))
     segment--;
   __global const real *head = atlas->segments + segment * HETAB_SEGMENT_REALS;
   __global const real *table = atlas->coefficients + segment * (HETAB_ATLAS_X * HETAB_ATLAS_G_PAD);
   vreal t = (vreal)clamp(hetab_product_less(wave_x, lateral2, head[HETAB_SEGMENT_CENTRE]) *
                              head[HETAB_SEGMENT_SCALE],
                          RC(-1.0), RC(1.0));
+#pragma unroll
   for (int i = 0; i < HETAB_ATLAS_G_PAD / HETAB_VW; i++) {
     vreal c = V_LOAD((HETAB_ATLAS_X - 1) * (HETAB_ATLAS_G_PAD / HETAB_VW) + i, table);
 #pragma unroll

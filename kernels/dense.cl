@@ -15,6 +15,10 @@
 #include "atlas.h"
 #include "tables.h"
 
+#if HETAB_ROW_ITEMS > 1 && HETAB_VW > 1
+#error "dense.cl: vectors go with one work-item a row"
+#endif
+
 /* A row's constants, from one pair and one wavelength. */
 typedef struct hetab_row {
   hetab_wave wave;
@@ -61,14 +65,16 @@ static inline vreal hetab_row_value(const hetab_row *row, vreal lateral2, vreal 
  * writing over what the first one stored there. (Vectors go with one work-item a row.) Rows shorter
  * than a vector are stored one by one. */
 static inline void hetab_store(vreal value, __global real *out, int entry, int phi_count) {
-  if (phi_count >= HETAB_VW) {
-    V_STORE(value, 0, out + entry);
-  } else {
+#if HETAB_VW > 1
+  if (phi_count < HETAB_VW) {
     real part[HETAB_VW];
     V_STORE(value, 0, part);
     for (int i = 0; i < phi_count; i++)
       out[i] = part[i];
+    return;
   }
+#endif
+  V_STORE(value, 0, out + entry);
 }
 
 static inline void hetab_row_store(const hetab_row *row, vreal value, int entry, int phi_count) {
@@ -107,10 +113,78 @@ static inline void hetab_row_fill(const hetab_row *row, int phi_count) {
     hetab_row_store(row, value, e, phi_count);
 }
 
-/* x falls along the row: segments are entered from above, each loaded once by a work-item. Entries
- * of the first block that lie beyond x_end get the value there, which is too small to matter. */
+#if HETAB_ROW_ITEMS > 1
+/* The group along the row forms the polynomials of some segments at a time, together: entries are
+ * few, and each would form what its neighbours need too. */
+#define HETAB_GROUP_SEGMENTS 16
+
+static inline void hetab_form_segments(const hetab_row *row, const hetab_atlas *atlas, int first,
+                                       int count, real u, __local hetab_segment *shared) {
+  barrier(CLK_LOCAL_MEM_FENCE); /* the last ones have been read */
+  for (int i = hetab_row_item(); i < count * HETAB_ATLAS_X_PAD; i += HETAB_ROW_ITEMS) {
+    int s = i / HETAB_ATLAS_X_PAD, j = i % HETAB_ATLAS_X_PAD;
+    hetab_atlas_coefficients(atlas, first + s, j, u, shared + s);
+    if (j == 0)
+      hetab_atlas_head(atlas, first + s, &row->x, shared + s);
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+}
+
+/* The entries whose x lies in [low, high), in the `count` segments that are shared. */
+static inline void hetab_row_by_segments(const hetab_row *row, const __local hetab_segment *shared,
+                                         int count, real low, real high, real x_end,
+                                         __global const real *one_plus_cos, int phi_count) {
+  for (int e = hetab_row_item(); e < phi_count; e += HETAB_ROW_ITEMS) {
+    real q = one_plus_cos[e];
+    real lateral2 = hetab_row_lateral2(row, q), x = row->wave.x.hi * lateral2;
+    if (x < low || x >= high)
+      continue;
+    int s = count - 1;
+    while (s > 0 && x < shared[s].start)
+      s--;
+    real h = x < x_end ? hetab_atlas_h(shared + s, q) : RC(0.0);
+    hetab_row_store(row, hetab_row_value(row, lateral2, h), e, phi_count);
+  }
+}
+
 static inline void hetab_row_by_atlas(const hetab_row *row, const hetab_atlas *atlas, int panel,
-                                      __global const real *one_plus_cos, int phi_count) {
+                                      __global const real *one_plus_cos, int phi_count,
+                                      __local hetab_segment *shared) {
+  __global const real *head = atlas->panels + panel * HETAB_PANEL_REALS;
+  const int first = (int)head[HETAB_PANEL_FIRST];
+  real u = hetab_product_less(row->wave.g, row->mu2_ratio2, head[HETAB_PANEL_CENTRE]) *
+           head[HETAB_PANEL_SCALE];
+  real x_end = head[HETAB_PANEL_X_END];
+  real most = hetab_row_x_at(row, one_plus_cos[0]);
+  real least = hetab_row_x_at(row, one_plus_cos[phi_count - 1]);
+  if (least >= x_end) {
+    hetab_row_fill(row, phi_count);
+    return;
+  }
+  int end = first + (int)head[HETAB_PANEL_COUNT];
+  while (end > first + 1 && most < hetab_segment_start(atlas, end - 1))
+    end--;
+  for (real high = INFINITY;;) {
+    int begin = max(first, end - HETAB_GROUP_SEGMENTS);
+    real low = begin == first ? RC(0.0) : hetab_segment_start(atlas, begin);
+    hetab_form_segments(row, atlas, begin, end - begin, u, shared);
+    hetab_row_by_segments(row, shared, end - begin, low, high, x_end, one_plus_cos, phi_count);
+    if (least >= low)
+      return;
+    high = low;
+    end = begin;
+  }
+}
+#define HETAB_ROW_GROUP __attribute__((reqd_work_group_size(HETAB_ROW_ITEMS, 1, 1)))
+#else
+#define HETAB_ROW_GROUP
+#define HETAB_GROUP_SEGMENTS 1
+
+/* x falls along the row: segments are entered from above, each loaded once. Entries of the first
+ * block that lie beyond x_end get the value there, which is too small to matter. */
+static inline void hetab_row_by_atlas(const hetab_row *row, const hetab_atlas *atlas, int panel,
+                                      __global const real *one_plus_cos, int phi_count,
+                                      hetab_segment *s) {
   __global const real *head = atlas->panels + panel * HETAB_PANEL_REALS;
   const int first = (int)head[HETAB_PANEL_FIRST], none = first + (int)head[HETAB_PANEL_COUNT];
   int at = none, own;
@@ -121,9 +195,8 @@ static inline void hetab_row_by_atlas(const hetab_row *row, const hetab_atlas *a
     hetab_row_fill(row, phi_count);
     return;
   }
-  hetab_segment s;
-  s.start = x_end; /* no segment yet */
-  for (int e = hetab_row_item() * HETAB_VW; e < phi_count; e += HETAB_ROW_ITEMS * own) {
+  s->start = x_end; /* no segment yet */
+  for (int e = 0; e < phi_count; e += own) {
     own = hetab_row_own(e, phi_count);
     vreal q = V_LOAD(0, one_plus_cos + e);
     vreal value = (vreal)row->wave.diffuse_brdf;
@@ -132,25 +205,30 @@ static inline void hetab_row_by_atlas(const hetab_row *row, const hetab_atlas *a
       vreal lateral2 = hetab_row_lateral2(row, q);
       vreal h = RC(0.0);
       if (at < none)
-        h = hetab_atlas_h(&s, q);
-      while (at > first && x_last < s.start) {
-        vreal above = row->wave.x.hi * lateral2 - s.start;
-        hetab_atlas_load(atlas, --at, u, &row->x, &s);
-        h = above < (vreal)RC(0.0) ? hetab_atlas_h(&s, q) : h;
+        h = hetab_atlas_h(s, q);
+      while (at > first && x_last < s->start) {
+        vreal above = row->wave.x.hi * lateral2 - s->start;
+        hetab_atlas_head(atlas, --at, &row->x, s);
+        for (int i = 0; i < HETAB_SEGMENT_VECTORS; i++)
+          hetab_atlas_coefficients(atlas, at, i, u, s);
+        h = above < (vreal)RC(0.0) ? hetab_atlas_h(s, q) : h;
       }
       value = hetab_row_value(row, lateral2, h);
     }
     hetab_row_store(row, value, e, phi_count);
   }
 }
+#endif
 
-/* Rows below the atlas's range of g (src/engine/dense.c says which) take the series. */
+/* Rows below the atlas's range of g (src/engine/dense.c says which) are left to the series. */
+HETAB_ROW_GROUP
 __kernel void hetab_k_dense_rows(__global const int *rows, int row_count,
                                  __global const real *waves, int wavelength,
                                  __global const real *pairs, __global const real *one_plus_cos,
                                  int phi_count, __global real *out, __global const real *panels,
                                  __global const real *segments, __global const real *coefficients,
                                  int panel_count, int first_panel) {
+  HETAB_SEGMENT_SPACE hetab_segment work[HETAB_GROUP_SEGMENTS];
   int r = hetab_row_number();
   if (r >= row_count)
     return;
@@ -158,20 +236,20 @@ __kernel void hetab_k_dense_rows(__global const int *rows, int row_count,
   hetab_row row = hetab_row_of(waves, wavelength, pairs, rows + 2 * r, out, phi_count);
   int panel = hetab_atlas_panel(&atlas, row.wave.g.hi * row.mu2_ratio2.hi);
   if (panel >= 0)
-    hetab_row_by_atlas(&row, &atlas, panel, one_plus_cos, phi_count);
-  else
-    hetab_row_by_series(&row, one_plus_cos, phi_count);
+    hetab_row_by_atlas(&row, &atlas, panel, one_plus_cos, phi_count, work);
 }
 
+/* Rows whose g is below g_end; infinity: all. */
 __kernel void hetab_k_dense_series(__global const int *rows, int row_count,
                                    __global const real *waves, int wavelength,
                                    __global const real *pairs, __global const real *one_plus_cos,
-                                   int phi_count, __global real *out) {
+                                   int phi_count, __global real *out, real g_end) {
   int r = hetab_row_number();
   if (r >= row_count)
     return;
   hetab_row row = hetab_row_of(waves, wavelength, pairs, rows + 2 * r, out, phi_count);
-  hetab_row_by_series(&row, one_plus_cos, phi_count);
+  if (row.wave.g.hi * row.mu2_ratio2.hi < g_end)
+    hetab_row_by_series(&row, one_plus_cos, phi_count);
 }
 
 __kernel void hetab_k_dense_store(int row_count, int phi_count, __global real *out) {

@@ -8,15 +8,30 @@
  * In: waves[wavelength][HETAB_WAVE_REALS], frame[row][HETAB_FRAME_REALS], cosines
  * mu_i[row][stride] and mu_r[row][stride] (from the host: they cancel at the horizon), stride a
  * multiple of HETAB_VW. Out: channels[HETAB_CHANNELS][row][stride], sum over wavelengths of
- * weight * (dd + ud); -1 where a direction is below the horizon. */
+ * weight * (dd + ud); -1 where a direction is below the horizon. A build may do the cells that the
+ * atlas holds and another one those below it, which it adds: for the registers that the series
+ * takes. */
 #define HETAB_CL
 #include "he_torrance.h"
 #include "atlas.h"
 #include "shadowing.h"
 #include "tables.h"
 
-/* Vectors of cells that a work-item carries through the spectrum at a time. */
+/* Vectors of cells that a work-item carries through the spectrum at a time. Where neighbours share
+ * a row, as on GPUs, loops over them are unrolled: an index at run time would put all of them in
+ * memory. */
 #define HETAB_BATCH 6
+#if HETAB_ROW_ITEMS > 1
+#define HETAB_FOR_CELLS(v, count)                                                                  \
+  _Pragma("unroll") for (int v = 0; v < HETAB_BATCH; v++) if (v < (count))
+#else
+#define HETAB_FOR_CELLS(v, count) for (int v = 0; v < (count); v++)
+#endif
+
+/* Build option: what this build does. */
+#ifndef HETAB_PARTS
+#define HETAB_PARTS (HETAB_PART_ATLAS | HETAB_PART_SERIES)
+#endif
 
 typedef struct hetab_cells {
   int count;                              /* vectors in use */
@@ -36,6 +51,7 @@ static inline vreal hetab_cell_shadow(vreal mu_i, vreal mu_r, real tau_2sigma, v
 
 static inline void hetab_cells_add(hetab_cells *cells, const hetab_wave *wave, int at,
                                    vreal value) {
+#pragma unroll
   for (int c = 0; c < HETAB_CHANNELS; c++)
     cells->sum[c][at] += wave->weight[c] * value;
 }
@@ -63,7 +79,7 @@ static inline void hetab_cells_by_atlas(hetab_cells *cells, const hetab_wave *wa
       continue;
     real low = panel == lowest ? RC(0.0) : hetab_panel_start(atlas, panel);
     real high = panel == highest ? RC(1e30) : hetab_panel_start(atlas, panel + 1);
-    for (int v = 0; v < cells->count; v++) {
+    HETAB_FOR_CELLS(v, cells->count) {
       vreal g = g_row * cells->ratio2[v];
       vreal value = factor * hetab_atlas_column_h(&column, g);
       if (lowest != highest)
@@ -89,9 +105,9 @@ static inline void hetab_cells_spectrum(hetab_cells *cells, __global const real 
     real g_row = wave.g.hi * mu2;
     int highest = hetab_atlas_panel(atlas, g_row * cells->ratio2_max);
     int lowest = hetab_atlas_panel(atlas, g_row * cells->ratio2_min);
-    if (highest >= 0)
+    if ((HETAB_PARTS & HETAB_PART_ATLAS) && highest >= 0)
       hetab_cells_by_atlas(cells, &wave, atlas, lateral2, g_row, factor, lowest, highest);
-    if (lowest < 0)
+    if ((HETAB_PARTS & HETAB_PART_SERIES) && lowest < 0)
       hetab_cells_by_series(cells, &wave, g_row, wave.x.hi * lateral2.hi, factor, g_below);
   }
 }
@@ -116,7 +132,7 @@ __kernel void hetab_k_half_diff(__global const real *waves, int wavelength_count
     cells.count = min(HETAB_BATCH, (stride - e + step - 1) / step);
     cells.ratio2_min = RC(1.0);
     cells.ratio2_max = RC(0.0);
-    for (int v = 0; v < cells.count; v++) {
+    HETAB_FOR_CELLS(v, cells.count) {
       size_t at = start + e + v * step;
       vreal i = V_LOAD(0, mu_i + at), o = V_LOAD(0, mu_r + at);
       lowest_mu[v] = fmin(i, o);
@@ -134,11 +150,14 @@ __kernel void hetab_k_half_diff(__global const real *waves, int wavelength_count
     if (cells.ratio2_max > RC(0.0))
       hetab_cells_spectrum(&cells, waves, wavelength_count, frame + (size_t)r * HETAB_FRAME_REALS,
                            &atlas);
-    for (int v = 0; v < cells.count; v++)
+    HETAB_FOR_CELLS(v, cells.count) {
       for (int c = 0; c < HETAB_CHANNELS; c++) {
-        vreal value = shadow[v] * cells.sum[c][v] + diffuse[c];
+        __global real *to = channels + c * plane + start + e + v * step;
+        vreal rest = HETAB_PARTS == HETAB_PART_SERIES ? V_LOAD(0, to) : (vreal)diffuse[c];
+        vreal value = shadow[v] * cells.sum[c][v] + rest;
         value = lowest_mu[v] > (vreal)RC(0.0) ? value : (vreal)RC(-1.0);
-        V_STORE(value, 0, channels + c * plane + start + e + v * step);
+        V_STORE(value, 0, to);
       }
+    }
   }
 }

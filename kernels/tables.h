@@ -9,6 +9,7 @@
 #define HETAB_FRESNEL_FIT 6
 #define HETAB_FRESNEL_SHORT 4
 #define HETAB_CHANNELS 3
+#define HETAB_PEAK_CHAINS 12 /* of multiply-adds, kernels/peak.cl */
 
 /* One wavelength: of the wave (src/model/model.h) g, x, amplitude, e1, nk and diffuse BRDF, what it
  * adds to each channel, and a fit of Fresnel's equations (kernels/fresnel.h): how many coefficients
@@ -59,6 +60,9 @@ enum {
 };
 enum { HETAB_RESULT_DD, HETAB_RESULT_SPECULAR, HETAB_RESULT_G, HETAB_RESULT_X, HETAB_RESULT_REALS };
 
+/* What a build of kernels/half_diff.cl does; what does the series alone adds to the rest. */
+#define HETAB_PART_ATLAS 1
+#define HETAB_PART_SERIES 2
 /* One (theta_h, theta_d). */
 enum { HETAB_FRAME_LATERAL2 /* two */, HETAB_FRAME_MU2 = 2, HETAB_FRAME_REALS };
 

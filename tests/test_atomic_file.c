@@ -4,7 +4,10 @@
 #include <errno.h>
 #include <sys/syscall.h>
 
-#include "core/atomic_file.h"
+#include <hetab/output_file.h>
+
+#include "core/held_files.h"
+#include "core/input_file.h"
 
 /* --- faults: these stand in for the C library's ---------------------------------------------- */
 
@@ -247,22 +250,91 @@ static void test_several_dropped(void **state) {
   assert_int_equal(count_files("."), 0);
 }
 
-/* What has its name when a later one fails is told. */
+/* A name that is taken meanwhile: none is there. */
+static void test_several_or_none(void **state) {
+  fixture *f = *state;
+  hetab_held_files held;
+  put_file("old", "kept", 4);
+  hetab_atomic_hold(f->ctx, &held);
+  assert_ok(f->ctx, write_text(f->ctx, "a", 0, "first"));
+  assert_ok(f->ctx, write_text(f->ctx, "old", 1, "second"));
+  assert_ok(f->ctx, write_text(f->ctx, "b", 0, "third"));
+  put_file("b", "someone else's", 14);
+  assert_failure(f->ctx, hetab_atomic_publish(f->ctx, &held), HETAB_ERR_EXISTS, "'b' exists");
+  assert_int_equal(held.published, 0);
+  assert_content("old", "kept");
+  assert_content("b", "someone else's");
+  assert_int_equal(count_files("."), 2);
+  assert_int_equal(unlink("old") | unlink("b"), 0);
+}
+
+/* A replacement that fails after another one: what has its name is told. */
 static void test_several_in_part(void **state) {
   fixture *f = *state;
   hetab_held_files held;
+  put_file("old", "old", 3);
+  put_file("b", "old", 3);
   hetab_atomic_hold(f->ctx, &held);
-  assert_ok(f->ctx, write_text(f->ctx, "a", 0, "first"));
-  assert_ok(f->ctx, write_text(f->ctx, "b", 0, "second"));
+  assert_ok(f->ctx, write_text(f->ctx, "old", 1, "first"));
+  assert_ok(f->ctx, write_text(f->ctx, "b", 1, "second"));
   assert_ok(f->ctx, write_text(f->ctx, "c", 0, "third"));
-  put_file("b", "someone else's", 14);
-  assert_failure(f->ctx, hetab_atomic_publish(f->ctx, &held), HETAB_ERR_EXISTS,
-                 "published before that: 'a'");
+  assert_int_equal(unlink("b") | mkdir("b", 0777), 0);
+  assert_failure(f->ctx, hetab_atomic_publish(f->ctx, &held), HETAB_ERR_IO,
+                 "published before that: 'old', 'c'");
   assert_int_equal(held.published, 1);
+  assert_content("old", "first");
+  assert_content("c", "third");
+  assert_int_equal(unlink("old") | unlink("c") | rmdir("b"), 0);
+  assert_int_equal(count_files("."), 0);
+}
+
+/* An inner hold hands over or drops its own; readers see what is held, under any name of it. */
+static void test_nested(void **state) {
+  fixture *f = *state;
+  char start[5];
+  hetab_held_files outer, inner;
+  hetab_atomic_hold(f->ctx, &outer);
+  hetab_atomic_hold(f->ctx, &inner);
+  assert_ok(f->ctx, write_text(f->ctx, "a", 0, "first"));
+  assert_ok(f->ctx, hetab_atomic_publish(f->ctx, &inner));
+  hetab_atomic_hold(f->ctx, &inner);
+  assert_ok(f->ctx, write_text(f->ctx, "b", 0, "second"));
+  hetab_atomic_drop(f->ctx, &inner);
+  assert_int_equal(access("a", F_OK), -1);
+  assert_ok(f->ctx, hetab_input_start(f->ctx, "./a", HETAB_INPUT_TABLE, start, sizeof start));
+  assert_memory_equal(start, "first", sizeof start);
+  assert_failure(f->ctx, hetab_input_start(f->ctx, "b", HETAB_INPUT_TABLE, start, sizeof start),
+                 HETAB_ERR_IO, "cannot read 'b'");
+  assert_ok(f->ctx, hetab_atomic_publish(f->ctx, &outer));
   assert_content("a", "first");
-  assert_content("b", "someone else's");
-  assert_int_equal(count_files("."), 2);
-  assert_int_equal(unlink("a") | unlink("b"), 0);
+  assert_int_equal(unlink("a"), 0);
+  assert_int_equal(count_files("."), 0);
+}
+
+/* Whichever comes first, and by whatever name: a hard link, a symbolic one. */
+static void test_no_output_is_an_input(void **state) {
+  fixture *f = *state;
+  char start[4];
+  hetab_context *ctx;
+  put_file("a", "data", 4);
+  assert_int_equal(link("a", "hard") | symlink("a", "soft"), 0);
+  assert_int_equal(hetab_context_create(&ctx), HETAB_OK);
+  hetab_keep_inputs(ctx);
+  assert_ok(ctx, hetab_input_start(ctx, "hard", HETAB_INPUT_TABLE, start, sizeof start));
+  assert_failure(ctx, write_text(ctx, "soft", 1, "x"), HETAB_ERR_IO, "'soft' is an input");
+  assert_ok(ctx, write_text(ctx, "b", 1, "x"));
+  assert_ok(ctx, write_text(ctx, "b", 1, "y"));
+  assert_ok(ctx, hetab_input_start(ctx, "b", HETAB_INPUT_TABLE, start, sizeof start));
+  hetab_context_free(ctx);
+  assert_int_equal(hetab_context_create(&ctx), HETAB_OK);
+  hetab_keep_inputs(ctx);
+  assert_ok(ctx, hetab_output_check(ctx, "a", 1));
+  assert_failure(ctx, hetab_input_start(ctx, "hard", HETAB_INPUT_TABLE, start, sizeof start),
+                 HETAB_ERR_IO, "'hard' is an output too");
+  hetab_context_free(ctx);
+  assert_content("a", "data");
+  assert_ok(f->ctx, write_text(f->ctx, "a", 1, "new")); /* a context that does not ask for it */
+  assert_int_equal(unlink("a") | unlink("b") | unlink("hard") | unlink("soft"), 0);
 }
 
 /* The same on file systems that lack unnamed files, and then the flag of renameat2. */
@@ -277,7 +349,9 @@ static void test_named_temporaries(void **state) {
     assert_int_equal(unlink("a"), 0);
     test_several(state);
     test_several_dropped(state);
+    test_several_or_none(state);
     test_several_in_part(state);
+    test_nested(state);
   }
   no_unnamed_files = no_noreplace = 0;
 }
@@ -296,7 +370,10 @@ int main(void) {
       TEST(test_killed),
       TEST(test_several),
       TEST(test_several_dropped),
+      TEST(test_several_or_none),
       TEST(test_several_in_part),
+      TEST(test_nested),
+      TEST(test_no_output_is_an_input),
       TEST(test_named_temporaries),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -282,9 +282,11 @@ bad_row "row: huge azimuth" "stdin:3: column 'phi_deg': 1e300 is out of range" 0
 bad_row "row: outside the index data" "stdin:3: .*0\.7" 0.9,1,2,3
 bad_row "row: too short" "stdin:3: 3 fields where the header names 4: add the missing value or remove the column" 0.55,1,2
 bad_row "row: too long" "stdin:3: 5 fields.*: remove the value" 0.55,1,2,3,4
-printf '%s,sigma0_um,tau_um,n,k\n0.55,1,2,3,551,1000,1,6\n' "$header" >in
-"$program" eval <in >out 2>err
-one_line "row: too rough" $? 1 "stdin:2: sigma0_um / lambda_um: 1001.* is out of range: give"
+printf '%s,sigma0_um,tau_um,n,k\n0.1,1,2,3,4e5,1e5,1,6\n' "$header" | "$program" eval >out 2>err
+one_line "row: too rough" $? 1 "stdin:2: sigma0 / lambda = 4e\+06: give a value from 1e-09 to 3e\+06"
+# the library's limit, not a narrower one of this command
+printf '%s,sigma0_um,tau_um,n,k\n0.1,1,2,3,1e4,1e6,1,6\n' "$header" | "$program" eval >out
+check "row: as rough as the library goes" test "$(wc -l <out)" = 2
 bad_row "row: open quote" "stdin:3: .*quote" '"0.55,1,2,3'
 check "rows before a bad one are answered" test "$(wc -l <out)" = 2
 printf '%s\n0.9,1,2,3\n' "$header" >in
@@ -462,8 +464,8 @@ echo nonsense >judged/noise.h5
 refuses "audit: no input" 2 "no INPUT" audit
 refuses "audit: existing page" 1 "old.html exists" audit BBQAL1 --html judged/old.html
 refuses "audit: existing repair" 1 "old.binary exists" audit judged/t.binary --repair judged/old.binary
-refuses "audit: in place" 2 "is the input" audit judged/t.binary --repair judged/../judged/t.binary --force
-refuses "audit: page over an input" 2 "is an input" audit judged/t.h5 --html judged/t.h5 --force
+refuses "audit: in place" 1 "is an output too" audit judged/t.binary --repair judged/../judged/t.binary --force
+refuses "audit: page over an input" 1 "is an output too" audit judged/t.h5 --html judged/t.h5 --force
 refuses "audit: repair of several" 2 "takes one INPUT" audit judged/t.h5 BBQAL1 --repair judged/n.h5
 refuses "audit: repair of a surface" 2 "a surface, not a table" audit BBQAL1 --repair judged/n.h5
 refuses "audit: repair to another format" 2 "different formats" audit judged/t.h5 --repair judged/n.binary

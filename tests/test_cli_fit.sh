@@ -111,7 +111,7 @@ numbers 1e-200 >faint.csv
 refuses "values that square to nothing" 1 'next to 0' fit faint.csv --index Al --tau 5
 refuses "existing file" 1 "exists: use --force" $fit --surface s.yaml
 works "forced" $fit --constraint none --surface s.yaml --force
-refuses "output is the input" 2 "is the input" $fit --csv plane.csv --force
+refuses "output is the input" 1 "is an output too" $fit --csv plane.csv --force
 refuses "two outputs in one file" 2 "two outputs" $fit --csv x.csv --points ./x.csv
 refuses "no such folder" 1 "nowhere" $fit --csv nowhere/x.csv
 check "nothing written" test ! -e x.csv

@@ -134,6 +134,40 @@ done
 
 check "nothing was written" test ! -e x.png -a ! -e x.binary
 
+# ---- outputs -----------------------------------------------------------------------------------
+
+# keeps NAME FILE PATTERN ARGUMENT...: hetab refuses to write over FILE, which it reads.
+keeps() {
+  local name=$1 file=$2
+  cp "$file" before
+  refuses "$name" 1 "$3" "${@:4}" --force
+  check "$name: $file is as it was" cmp "$file" before
+}
+"$program" surfaces BBQAL2 >s.yml
+printf 'wavelength_nm,n,k\n400,1.5,0\n700,1.5,0\n' >index.csv
+printf 'wavelength_nm,theta_i_deg,theta_r_deg,phi_deg,f\n550,30,30,180,0.2\n550,30,40,180,0.1\n' >m.csv
+ln good.h5 hard.h5
+keeps "predict: CSV over the surface" s.yml "output too" predict s.yml --sigma0 0.5:0.6 --csv s.yml
+keeps "fit: surface over the index" index.csv "output too" fit m.csv --tau 5 --index ./index.csv --surface index.csv
+keeps "audit: page over --against" s.yml "output too" audit good.h5 --against s.yml --html s.yml
+keeps "audit: repair over a hard link" good.h5 "output too" audit good.h5 --repair hard.h5
+keeps "roughness: CSV over a scan" m.csv "output too" roughness m.csv --csv m.csv
+sed 's/^index:.*/index: {file: i.specular.csv}/' s.yml >i.yml
+cp index.csv i.specular.csv
+keeps "tabulate: the delta over the index" i.specular.csv "is an input" tabulate i.yml -o i.bsdf
+ln -s good.h5 link.exr
+keeps "view: over the table" good.h5 "output too" view good.h5 -o link.exr
+
+# Of several outputs all or none: the second is too large.
+awk 'BEGIN { print "x_um,z_um"; for (i = 0; i < 500; i++) printf "%d,%g\n", i, sin(i * i) }' >scan.csv
+(ulimit -f 8 && "$program" roughness -q scan.csv --csv a.csv --html a.html 2>err)
+one_line "all or none" $? 1 "cannot write 'a.html': File too large"
+check "all or none: none" test ! -e a.csv -a ! -e a.html
+cp s.yml a.h5
+(ulimit -f 8 && "$program" convert -q -f good.bsdf a.h5 2>err)
+one_line "convert" $? 1 "cannot write 'a.h5': File too large"
+check "convert: the old file" cmp s.yml a.h5
+
 # ---- memory ------------------------------------------------------------------------------------
 
 # Freed memory overwritten, and handed out again at once.

@@ -123,7 +123,7 @@ refuses "no common incidence" 1 "no measurement at any" predict s.yml --measurem
 refuses "existing file" 1 "exists: use --force" predict s.yml --csv c.csv
 works "overwriting" predict s.yml --csv c.csv --force --quiet
 refuses "one file for two" 2 "both write" predict s.yml --csv x --html x
-refuses "output over input" 2 "is an input" predict s.yml --measurements measured.csv --csv measured.csv --force
+refuses "output over input" 1 "is an output too" predict s.yml --measurements measured.csv --csv measured.csv --force
 refuses "no folder" 1 "nowhere" predict s.yml --html nowhere/x.html
 
 summary

@@ -246,7 +246,7 @@ refuses "damaged archive" 1 '.' roughness flipped.x3p
 
 refuses "no scan" 2 'no SCAN' roughness
 refuses "no such file" 1 'none.csv: cannot open' roughness none.csv
-refuses "a folder" 1 '.: cannot read' roughness .
+refuses "a folder" 1 '.: cannot open: Is a directory' roughness .
 : >empty.csv
 refuses "empty" 1 'no heights' roughness empty.csv
 printf 'x_um,z_um\n' >names.csv
@@ -274,7 +274,7 @@ refuses "negative spacing" 2 'outside' roughness line.csv --spacing -1
 refuses "surface without index" 2 'needs --index' roughness line.csv --surface s.yaml
 refuses "unknown index" 1 'Nowhere' roughness line.csv --surface s.yaml --index Nowhere
 refuses "bad constant" 1 'neither n=N' roughness line.csv --surface s.yaml --index 1.5,x
-refuses "input as output" 2 'is an input' roughness line.csv --csv line.csv --force
+refuses "input as output" 1 'is an output too' roughness line.csv --csv line.csv --force
 refuses "one output twice" 2 'two outputs' roughness line.csv --csv a --html a
 refuses "existing output" 1 'exists: use --force' roughness line.csv --csv map.txt
 refuses "rows and scans" 2 'takes no SCAN' roughness --rows line.csv map.txt

@@ -107,7 +107,7 @@ refuses "NaN in an HDF5 table" 1 "nan.h5" view nan.h5 -o x.png
 echo "not a table" >text.binary
 refuses "text for a table" 1 "text.binary" view text.binary -o x.png
 cp t.h5 same.png
-refuses "input for output" 2 "input too" view same.png -o ./same.png
+refuses "input for output" 1 "an output too" view same.png -o ./same.png --force
 "$program" view BBQAL2 -o /dev/full 2>err >out
 check "a device" test $? = 2
 check "nothing was written" test ! -e x.png

@@ -4,6 +4,8 @@
 
 #include <complex.h>
 
+#include "core/angle.h"
+
 static void test_golden(void **state) {
   size_t count;
   golden_point *golden = golden_points(&count);
@@ -284,11 +286,24 @@ static void test_smooth_limit(void **state) {
   assert_below("dd against first order, over g", dd, TOL_SMOOTH_G);
 }
 
+/* Near right angles degrees become the nearest double, as far as another arithmetic can tell: that
+ * is what keeps the cosine's digits. */
+static void test_radians(void **state) {
+  uint64_t seed = 3;
+  assert_true(hetab_radians(90) == M_PI_2 && hetab_radians(180) == M_PI && hetab_radians(0) == 0);
+  for (int i = 0; i < 10000; i++) {
+    double deg = 90 * (double)(1 + i % 4) - log_uniform(&seed, 1e-12, 1);
+    long double exact = (long double)deg / 180 * 3.14159265358979323846264338327950288L;
+    double ulp = nextafter(fabs(hetab_radians(deg)), HUGE_VAL) - fabs(hetab_radians(deg));
+    assert_true(fabsl(hetab_radians(deg) - exact) <= 0.51 * ulp);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       TEST(test_golden),         TEST(test_golden_specular), TEST(test_stable_form),
       TEST(test_reciprocity),    TEST(test_whole_turns),     TEST(test_scale_invariance),
-      TEST(test_beckmann_limit), TEST(test_smooth_limit),
+      TEST(test_beckmann_limit), TEST(test_smooth_limit),    TEST(test_radians),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

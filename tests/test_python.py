@@ -81,24 +81,6 @@ class Model(unittest.TestCase):
         numpy.testing.assert_allclose(found["specular"][0], rows["rho_s"], rtol=1e-9)
         self.assertEqual(found.shape, (1, len(rows)))
 
-    def test_source_against_40_digits(self):
-        """What `hetab shader --language python` writes, where h is above 1e-6 of its peak."""
-        model, rows = {}, golden("he_torrance.csv")
-        exec(hetab.shader("python", hetab.Surface("NGGAL")), model)
-        i, r, phi = (rows[name + "_rad"] for name in ("theta_i", "theta_r", "phi"))
-        h = [model["ln_h"](model["Numpy"], rows["g"], x) for x in (rows["x"], 0 * rows["x"])]
-        shown = (h[0] - h[1] > numpy.log(1e-6)) & (rows["f_dd_per_sr"] > 1e-9)
-        found = model["brdf"]((numpy.sin(i), 0 * i, numpy.cos(i)),
-                              (numpy.sin(r) * numpy.cos(phi), numpy.sin(r) * numpy.sin(phi),
-                               numpy.cos(r)), rows["sigma0_um"], rows["tau_um"],
-                              rows["lambda_um"], rows["n"], rows["k"])
-        error = numpy.abs(found / rows["f_dd_per_sr"] - 1)[shown]
-        self.assertGreater(len(error), 200)
-        self.assertLess(error.max(), 5e-5)
-        surface = hetab.Surface("NGGAL")
-        self.assertEqual(model["SURFACE"]["sigma0_um"], surface.sigma0_um)
-        numpy.testing.assert_allclose(model["SURFACE"]["n"], surface.bands["n"], rtol=1e-8)
-
     def test_table_in_memory(self):
         surface = hetab.Surface("BBQAL2")
         surface.wavelengths_um = [0.45, 0.55, 0.65]
@@ -125,6 +107,101 @@ class Model(unittest.TestCase):
         preset = hetab.Surface("BBQAL2")
         self.assertEqual(preset.at(0.55), preset.bands[15])
         self.assertEqual(preset.at([[0.4], [0.7]]).shape, (2, 1))
+
+
+class Sources(unittest.TestCase):
+    """What `hetab shader` writes, in Python and in C, where h is above 1e-6 of its peak."""
+
+    C = """
+#include "he_torrance.h"
+void brdf(int count, const ht_surface *s, const float (*w)[6], float *f) {
+  for (int k = 0; k < count; k++)
+    f[k] = ht_brdf(s[k], w[k][0], w[k][1], w[k][2], w[k][3], w[k][4], w[k][5]);
+}
+/* The mean of f cos / density. */
+void means(int count, ht_surface s, float x, float z, const float (*u)[3], double *mean) {
+  ht_lobes lobes = ht_lobes_of(s, x, 0.0f, z);
+  for (int k = 0; k < count; k++) {
+    ht_four o = ht_sample(lobes, u[k][0], u[k][1], u[k][2]);
+    if (o.w > 0.0f)
+      *mean += ht_brdf(s, x, 0.0f, z, o.x, o.y, o.z) * o.z / o.w / count;
+  }
+}
+"""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.model = {}
+        exec(hetab.shader("python", hetab.Surface("NGGAL")), cls.model)
+        cls.folder = tempfile.TemporaryDirectory()
+        for name, text in (("he_torrance.h", hetab.shader("c")), ("model.c", cls.C)):
+            with open(os.path.join(cls.folder.name, name), "w", encoding="utf-8") as file:
+                file.write(text)
+        library = os.path.join(cls.folder.name, "model.so")
+        subprocess.run(["cc", "-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror",
+                        "-Wno-unused-function", "-O2", "-shared", "-fPIC", "-o", library,
+                        os.path.join(cls.folder.name, "model.c"), "-lm"], check=True)
+        ffi = _library.cffi.FFI()
+        ffi.cdef("typedef struct { float v[6]; } surface;"
+                 "void brdf(int, const void *, const void *, float *);"
+                 "void means(int, surface, float, float, const void *, double *);")
+        cls.ffi, cls.c = ffi, ffi.dlopen(library)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def golden(self):
+        """Rows, and directions that are single floats with what the printed equations say there."""
+        rows = golden("he_torrance.csv")
+        points = numpy.zeros(len(rows), hetab.POINT)
+        for name in ("lambda_um", "sigma0_um", "tau_um", "n", "k"):
+            points[name] = rows[name].astype("f4")
+        i, r, phi = (rows[name + "_rad"] for name in ("theta_i", "theta_r", "phi"))
+        w = numpy.stack([numpy.sin(i), 0 * i, numpy.cos(i), numpy.sin(r) * numpy.cos(phi),
+                         numpy.sin(r) * numpy.sin(phi), numpy.cos(r)], axis=1).astype("f4")
+        exact = w.astype("f8")
+        points["theta_i"] = numpy.arctan2(exact[:, 0], exact[:, 2])
+        points["theta_r"] = numpy.arctan2(numpy.hypot(exact[:, 3], exact[:, 4]), exact[:, 5])
+        points["phi"] = numpy.arctan2(exact[:, 4], exact[:, 3])
+        values = hetab.evaluate(points, literal=True)
+        ln_h = [self.model["ln_h"](self.model["Numpy"], values["g"], x)
+                for x in (values["x"], 0 * values["x"])]
+        shown = (ln_h[0] - ln_h[1] > numpy.log(1e-6)) & (values["dd"] > 1e-9) & (
+            numpy.minimum(exact[:, 2], exact[:, 5]) > numpy.cos(numpy.radians(89.5)))
+        shown &= points["tau_um"] < 110 * points["lambda_um"]  # single floats are no unit vectors
+        return points[shown], w[shown], values["dd"][shown]
+
+    def test_values(self):
+        points, w, dd = self.golden()
+        self.assertGreater(len(dd), 200)
+        parameters = [points[name] for name in ("sigma0_um", "tau_um", "lambda_um", "n", "k")]
+        python = self.model["brdf"](w[:, :3].T.astype("f8"), w[:, 3:].T.astype("f8"), *parameters)
+        surfaces = numpy.stack(parameters + [0 * dd], axis=1).astype("f4")
+        c = numpy.empty(len(dd), "f4")
+        self.c.brdf(len(dd), *(self.ffi.cast("void *", self.ffi.from_buffer(a))
+                               for a in (surfaces, w)),
+                    self.ffi.cast("float *", self.ffi.from_buffer(c)))
+        for found in (python, c):
+            self.assertLess(numpy.abs(found / dd - 1).max(), 5e-5)
+
+    def test_samples_in_c_have_the_reflectance(self):
+        u = numpy.random.default_rng(5).random((200_000, 3), dtype="f4")
+        for sigma0, tau in ((0.54, 6.5), (0.17, 5.0), (0.02, 3.0)):
+            surface = hetab.Surface(sigma0_um=sigma0, tau_um=tau, index={"n": 1.4, "k": 6},
+                                    wavelengths_nm=[550])
+            for theta in (0.0, 0.8, 1.3):
+                mean = self.ffi.new("double *")
+                self.c.means(len(u), {"v": [sigma0, tau, 0.55, 1.4, 6.0, 0.0]}, numpy.sin(theta),
+                             numpy.cos(theta), self.ffi.from_buffer(u), mean)
+                truth = hetab.reflectance(surface, theta)["dd"]["value"][0]
+                self.assertLess(abs(mean[0] / truth - 1), 0.01)
+
+    def test_surface(self):
+        surface = hetab.Surface("NGGAL")
+        self.assertEqual(self.model["SURFACE"]["sigma0_um"], surface.sigma0_um)
+        numpy.testing.assert_allclose(self.model["SURFACE"]["n"], surface.bands["n"], rtol=1e-8)
+        self.assertIn(f'"sigma0_um": {surface.sigma0_um:g}', hetab.shader("glsl", surface))
 
 
 class Tables(unittest.TestCase):

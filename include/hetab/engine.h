@@ -1,5 +1,7 @@
 /* OpenCL devices, and the engine: one or more of them with the kernels compiled for one precision
- * and method. Compiled kernels are kept under $XDG_CACHE_HOME/hetab (or ~/.cache/hetab). */
+ * and method. Compiled kernels are kept under $XDG_CACHE_HOME/hetab (or ~/.cache/hetab). With
+ * HETAB_SHAPE=cpu or gpu in the environment they are laid out as for that kind of device, whatever
+ * the device is: so tests run what a GPU runs. */
 #ifndef HETAB_ENGINE_H
 #define HETAB_ENGINE_H
 

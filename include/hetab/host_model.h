@@ -10,6 +10,10 @@
 extern "C" {
 #endif
 
+/* Are the point's numbers within what the model is evaluated for? HETAB_ERR_ARGUMENT naming the
+ * field, its value and the range: "sigma0_um = 0: give a value from 1e-09 to 1e+06". */
+hetab_status hetab_check_point(hetab_context *ctx, const hetab_point *point);
+
 /* The printed equations (Eqs. 6-25) in double on the calling thread, limits where they divide
  * zero by zero: the executable specification. No device needed. */
 hetab_status hetab_evaluate_literal(hetab_context *ctx, const hetab_point *points, size_t count,

@@ -18,8 +18,8 @@ typedef struct hetab_tabulate_options {
   unsigned seed;  /* of the sample */
 } hetab_tabulate_options;
 
-/* Every entry of surface x grid. Memory: two slabs per device, of at most 32 MiB or one theta_i row
- * (HETAB_ERR_RANGE if that is over 128 MiB), whatever the table's size.
+/* Every entry of surface x grid. Memory: two slabs per device (four on a GPU), of at most 32 MiB or
+ * one theta_i row (HETAB_ERR_RANGE if that is over 128 MiB), whatever the table's size.
  * Entries below 5e-15 / sr may be 0. options may be NULL (2000 samples), report may be NULL. */
 hetab_status hetab_tabulate(hetab_context *ctx, hetab_engine *engine, const hetab_surface *surface,
                             const hetab_grid *grid, const hetab_tabulate_options *options,

@@ -1,29 +1,28 @@
 /* Audits and repairs of tables: which of the two kinds a file is. */
-#include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "audit/repair.h"
 #include "audit/table_audit.h"
-#include "core/atomic_file.h"
+#include "core/held_files.h"
+#include "core/input_file.h"
 #include "table/table_format.h"
 
-static int is_h5_file(const char *path) {
+static hetab_status is_h5_file(hetab_context *ctx, const char *path, bool *is_h5) {
   static const char signature[4] = {(char)0x89, 'H', 'D', 'F'};
-  char start[sizeof signature] = {0};
-  FILE *file = fopen(path, "rbe");
-  size_t count = file ? fread(start, 1, sizeof start, file) : 0;
-  if (file)
-    fclose(file);
-  return count == sizeof start && memcmp(start, signature, sizeof start) == 0;
+  char start[sizeof signature];
+  HETAB_TRY(hetab_input_start(ctx, path, HETAB_INPUT_TABLE, start, sizeof start));
+  *is_h5 = memcmp(start, signature, sizeof start) == 0;
+  return HETAB_OK;
 }
 
 static hetab_status measure_file(hetab_context *ctx, const char *path, hetab_audit *audit) {
-  struct stat about;
-  if (stat(path, &about))
-    return hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': %m", path);
-  if (!S_ISREG(about.st_mode))
-    return hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': it is not a regular file", path);
+  int fd;
+  struct stat about = {0};
+  HETAB_TRY(hetab_input_open(ctx, path, HETAB_INPUT_TABLE, &fd));
+  fstat(fd, &about);
+  close(fd);
   audit->bytes = (unsigned long long)about.st_size;
   return HETAB_OK;
 }
@@ -32,9 +31,10 @@ hetab_status hetab_audit_table(hetab_context *ctx, hetab_engine *engine, const c
                                const hetab_audit_options *options, hetab_audit **out) {
   hetab_audit_options o = hetab_audit_defaults(options);
   hetab_format format;
-  int is_h5 = is_h5_file(path);
+  bool is_h5;
   hetab_audit *audit;
   *out = NULL;
+  HETAB_TRY(is_h5_file(ctx, path, &is_h5));
   if (hetab_format_of(ctx, path, &format) == HETAB_OK && format == HETAB_FORMAT_RGL)
     return hetab_fail(ctx, HETAB_ERR_UNSUPPORTED,
                       "'%s' is an RGL table: convert it to MERL or HDF5 and audit that", path);
@@ -58,8 +58,9 @@ hetab_status hetab_audit_table(hetab_context *ctx, hetab_engine *engine, const c
 hetab_status hetab_repair(hetab_context *ctx, const char *path, const char *out_path,
                           hetab_reading lookup, int scale_energy, int overwrite,
                           hetab_repair_report *report) {
-  int is_h5 = is_h5_file(path);
+  bool is_h5;
   *report = (hetab_repair_report){.smallest_scale = 1};
+  HETAB_TRY(is_h5_file(ctx, path, &is_h5));
   if (hetab_same_file(path, out_path))
     return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
                       "'%s' is not repaired in place: give another name to write to", path);

@@ -25,6 +25,7 @@ void cli_catch_signals(void) {
     action.sa_flags = (int)SA_RESETHAND; /* and no SA_RESTART: a blocked read must return */
     sigaction(signals[i], &action, NULL);
   }
+  signal(SIGXFSZ, SIG_IGN); /* the write fails instead, and says so */
 }
 
 int cli_signal(void) {
@@ -87,9 +88,22 @@ int cli_usage(const cli_command *self, const char *format, ...) {
 
 hetab_context *cli_context(void) {
   hetab_context *ctx;
-  if (hetab_context_create(&ctx) != HETAB_OK)
+  if (hetab_context_create(&ctx) != HETAB_OK) {
     cli_fail("out of memory");
-  return ctx;
+    return NULL;
+  }
+  hetab_keep_inputs(ctx);
+  if (hetab_outputs_begin(ctx) == HETAB_OK)
+    return ctx;
+  cli_fail_context(ctx);
+  hetab_context_free(ctx);
+  return NULL;
+}
+
+int cli_publish(hetab_context *ctx) {
+  if (cli_signal())
+    return fail_signal();
+  return hetab_outputs_publish(ctx) == HETAB_OK ? -1 : cli_fail_context(ctx);
 }
 
 int cli_finish_output(int status) {

@@ -33,8 +33,12 @@ void cli_catch_signals(void);
 /* The signal that asked to stop; 0: none. */
 int cli_signal(void);
 
-/* A context; NULL after printing why not. */
+/* A context whose outputs are kept back until cli_publish() and are never its inputs; NULL after
+ * printing why not. */
 hetab_context *cli_context(void);
+/* All that was saved gets its name, or none: -1 to go on, else the exit status after printing why.
+ */
+int cli_publish(hetab_context *ctx);
 
 /* Standard output is complete; if it is not (a full disk, say), the failure is printed. */
 int cli_finish_output(int status);

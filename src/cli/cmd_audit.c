@@ -4,11 +4,12 @@
 #include <string.h>
 #include <strings.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "audit_command.h"
 #include "cli.h"
 #include "options.h"
-#include "core/atomic_file.h"
+#include "core/held_files.h"
 #include "output.h"
 #include "progress.h"
 
@@ -111,9 +112,8 @@ static hetab_status run_surface(audit_job *job, const char *input, hetab_audit *
 }
 
 /* Adds the input's audit to the report. */
-static int audit_one(audit_job *job, const char *input) {
+static int audit_one(audit_job *job, const char *input, int table) {
   audit_result *result = &job->report.results[job->report.count];
-  int table = is_table(input);
   int needs_engine =
       !table || (!job->options.no_reference && (job->options.against || is_h5(input)));
   int status = needs_engine ? open_engine(job) : -1;
@@ -144,7 +144,7 @@ static int repair(audit_job *job, const char *input) {
   job->report.repaired = r->repair;
   if (!r->json && !r->quiet)
     audit_print_repair(&job->report);
-  return audit_one(job, r->repair);
+  return audit_one(job, r->repair, 1);
 }
 
 /* ---- all ----------------------------------------------------------------------------------- */
@@ -161,6 +161,8 @@ static int save_page(const audit_job *job) {
 static int publish(audit_job *job) {
   const audit_request *r = job->request;
   int status = r->html ? save_page(job) : -1;
+  if (status < 0)
+    status = cli_publish(job->ctx);
   if (status >= 0)
     return status;
   status = audit_exit_status(&job->report);
@@ -173,13 +175,9 @@ static int publish(audit_job *job) {
 
 /* A missing file comes out before the work on the others. */
 static int check_inputs(char **inputs, size_t count) {
-  for (size_t i = 0; i < count; i++) {
-    FILE *file = is_table(inputs[i]) ? fopen(inputs[i], "rbe") : NULL;
-    if (is_table(inputs[i]) && !file)
+  for (size_t i = 0; i < count; i++)
+    if (is_table(inputs[i]) && access(inputs[i], R_OK))
       return cli_fail("%s: %m", inputs[i]);
-    if (file)
-      fclose(file);
-  }
   return -1;
 }
 
@@ -193,7 +191,7 @@ static int run_job(audit_job *job, char **inputs, size_t count) {
   if (status < 0)
     status = open_against(job);
   for (size_t i = 0; i < count && status < 0; i++)
-    status = audit_one(job, inputs[i]);
+    status = audit_one(job, inputs[i], is_table(inputs[i]));
   if (status < 0 && r->repair)
     status = repair(job, inputs[0]);
   return status < 0 ? publish(job) : status;
@@ -219,14 +217,10 @@ static int start(const audit_request *request, char **inputs, size_t count) {
   return status;
 }
 
-/* A page in the place of a table would be the end of the table. */
-static int check_page(const cli_command *self, const audit_request *r, char **inputs) {
+static int check_page(const cli_command *self, const audit_request *r) {
   if (r->html && r->repair && hetab_same_file(r->html, r->repair))
     return cli_usage(self, "--html and --repair would both write %s: give one another name",
                      r->html);
-  for (; r->html && *inputs; inputs++)
-    if (hetab_same_file(*inputs, r->html))
-      return cli_usage(self, "--html: %s is an input: choose another name", r->html);
   return -1;
 }
 
@@ -241,8 +235,6 @@ static int check_repair(const cli_command *self, const audit_request *r, char **
     return cli_usage(self, "--repair: %s is a surface, not a table", inputs[0]);
   if (is_h5(inputs[0]) != is_h5(r->repair))
     return cli_usage(self, "--repair: %s and %s are of different formats", inputs[0], r->repair);
-  if (hetab_same_file(inputs[0], r->repair))
-    return cli_usage(self, "--repair: %s is the input: choose another name", r->repair);
   return -1;
 }
 
@@ -313,7 +305,7 @@ static int run(const cli_command *self, int argc, char **argv) {
   if (status < 0)
     status = check_repair(self, &r, argv + first, argc - first);
   if (status < 0)
-    status = check_page(self, &r, argv + first);
+    status = check_page(self, &r);
   return status < 0 ? start(&r, argv + first, (size_t)(argc - first)) : status;
 }
 

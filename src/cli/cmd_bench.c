@@ -179,6 +179,8 @@ static int check_surfaces(hetab_context *ctx, char **names) {
 
 static int publish(bench *b, const char *csv_path, int overwrite) {
   int status = csv_path ? cli_text_save(&b->csv, b->ctx, csv_path, overwrite) : -1;
+  if (status < 0)
+    status = cli_publish(b->ctx);
   if (status >= 0)
     return status;
   if (!b->json)

@@ -47,6 +47,14 @@ static int print_json(const request *r, const hetab_convert_report *report) {
       report->specular_kept, "version", hetab_version()));
 }
 
+static int print_report(const request *r, const hetab_convert_report *report) {
+  if (r->json)
+    return print_json(r, report);
+  if (!r->quiet)
+    print_text(r, report);
+  return CLI_OK;
+}
+
 /* ---- the command --------------------------------------------------------------------------- */
 
 static hetab_status set_grid(hetab_context *ctx, const request *r, hetab_grid *grid) {
@@ -72,11 +80,9 @@ static int run_request(request *r) {
     status = hetab_convert(ctx, r->in, r->out, &r->options, &report);
     cli_progress_end();
   }
-  int result = status == HETAB_OK ? CLI_OK : cli_fail_context(ctx);
-  if (status == HETAB_OK && r->json)
-    result = print_json(r, &report);
-  else if (status == HETAB_OK && !r->quiet)
-    print_text(r, &report);
+  int result = status == HETAB_OK ? cli_publish(ctx) : cli_fail_context(ctx);
+  if (result < 0)
+    result = print_report(r, &report);
   hetab_grid_free(grid);
   hetab_context_free(ctx);
   return result;

@@ -27,7 +27,7 @@ static const hetab_csv_wanted wanted[COLUMNS] = {[LAMBDA] = {"lambda|wavelength"
                                                  [INDEX_K] = {"k", HETAB_PLAIN},
                                                  [DIFFUSE] = {"diffusebrdf", HETAB_PLAIN}};
 
-/* hetab_evaluate's limits, here so that a failure can name the line. */
+/* hetab_check_point()'s limits of single numbers, here in the columns' own units. */
 static const struct {
   const char *name;
   size_t offset; /* in hetab_point */
@@ -174,21 +174,6 @@ static int fill_from_surface(evaluation *e, hetab_point *p) {
   return status;
 }
 
-/* Lengths count in wavelengths: hetab_evaluate's limits again. */
-static int check_ratios(const evaluation *e, const hetab_point *p) {
-  const struct {
-    const char *name;
-    double ratio, min, max;
-  } ratios[] = {{"sigma0_um / lambda_um", p->sigma0_um / p->lambda_um, 1e-9, 1e3},
-                {"tau_um / lambda_um", p->tau_um / p->lambda_um, 1e-9, 1e6}};
-  for (int i = 0; i < 2; i++)
-    if (!(ratios[i].ratio >= ratios[i].min && ratios[i].ratio <= ratios[i].max))
-      return cli_fail("stdin:%zu: %s: %g is out of range: give lengths with a ratio from %g to %g",
-                      e->reader.line, ratios[i].name, ratios[i].ratio, ratios[i].min,
-                      ratios[i].max);
-  return -1;
-}
-
 /* The row at hand as a point. */
 static int parse_row(evaluation *e, hetab_point *p) {
   *p = (hetab_point){0};
@@ -199,7 +184,9 @@ static int parse_row(evaluation *e, hetab_point *p) {
       return cli_fail_context(e->ctx);
   }
   int status = e->surface ? fill_from_surface(e, p) : -1;
-  return status < 0 ? check_ratios(e, p) : status;
+  if (status < 0 && hetab_check_point(e->ctx, p) != HETAB_OK) /* and what it took from there */
+    status = cli_fail("stdin:%zu: %s", e->reader.line, hetab_error_message(e->ctx));
+  return status;
 }
 
 /* Keeps the current line for the output. */

@@ -174,6 +174,8 @@ static int publish(const fit_job *job) {
     status = save_surface(job);
   if (status < 0)
     status = save_page(job);
+  if (status < 0)
+    status = cli_publish(job->ctx);
   if (status >= 0)
     return status;
   if (r->json)

@@ -7,7 +7,7 @@
 #include "core/angle.h"
 #include "cli.h"
 #include "options.h"
-#include "core/atomic_file.h"
+#include "core/held_files.h"
 #include "output.h"
 #include "predict_command.h"
 
@@ -350,6 +350,8 @@ static int publish(const job *j) {
   int status = r->csv ? save_csv(j) : -1;
   if (status < 0 && r->html)
     status = save_page(j);
+  if (status < 0)
+    status = cli_publish(j->ctx);
   if (status >= 0)
     return status;
   if (r->json)
@@ -395,10 +397,6 @@ static int run_request(const request *r, const hetab_roughness_bounds *bounds) {
 static int check_files(const cli_command *self, const request *r) {
   if (r->csv && r->html && hetab_same_file(r->csv, r->html))
     return cli_usage(self, "--csv and --html would both write %s: give one another name", r->csv);
-  const char *outputs[] = {r->csv, r->html};
-  for (int i = 0; i < 2; i++)
-    if (outputs[i] && r->measurements && hetab_same_file(outputs[i], r->measurements))
-      return cli_usage(self, "%s is an input: choose another name for the output", outputs[i]);
   return -1;
 }
 

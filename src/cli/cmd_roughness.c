@@ -7,7 +7,7 @@
 
 #include "cli.h"
 #include "options.h"
-#include "core/atomic_file.h"
+#include "core/held_files.h"
 #include "output.h"
 #include "progress.h"
 #include "roughness_command.h"
@@ -150,6 +150,8 @@ static int publish(roughness_job *job) {
     status = save(job, r->html, OUTPUT_HTML);
   if (status < 0)
     status = save(job, r->surface, OUTPUT_SURFACE);
+  if (status < 0)
+    status = cli_publish(job->ctx);
   if (status >= 0)
     return status;
   if (r->json)
@@ -221,10 +223,6 @@ static int check_request(const cli_command *self, request *r, char **paths) {
     for (int j = 0; outputs[i] && j < i; j++)
       if (outputs[j] && hetab_same_file(outputs[i], outputs[j]))
         return cli_usage(self, "two outputs would both be %s", outputs[i]);
-  for (; *paths; paths++)
-    for (int i = 0; i < 3; i++)
-      if (outputs[i] && hetab_same_file(*paths, outputs[i]))
-        return cli_usage(self, "%s is an input: choose another name for the output", outputs[i]);
   if (r->surface && !r->index)
     return cli_usage(self, "--surface needs --index: what the surface is made of");
   return -1;

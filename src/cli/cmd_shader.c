@@ -37,7 +37,7 @@ static int run(const cli_command *self, int argc, char **argv) {
   int first;
   request r = {.language = -1};
   const cli_option options[] = {
-      {CLI_CHOICE, "language", 'l', "python|mitsuba",
+      {CLI_CHOICE, "language", 'l', "c|glsl|python|mitsuba",
        "python: numpy; mitsuba: Python with the material he_torrance for Mitsuba 3", &r.language, 0,
        0},
       {CLI_TEXT, "output", 'o', "FILE", "where to write; without it, standard output", &r.output, 0,
@@ -49,7 +49,7 @@ static int run(const cli_command *self, int argc, char **argv) {
   if (status >= 0)
     return status;
   if (r.language < 0)
-    return cli_usage(self, "no --language given: python or mitsuba");
+    return cli_usage(self, "no --language given: c, glsl, python or mitsuba");
   if (argc - first > 1)
     return cli_usage(self, "unexpected argument '%s'", argv[first + 1]);
   r.surface = argv[first];
@@ -62,7 +62,7 @@ static int run(const cli_command *self, int argc, char **argv) {
 const cli_command cli_shader = {
     .name = "shader",
     .arguments = "[SURFACE] --language LANGUAGE",
-    .summary = "the model as source, for Python and Mitsuba 3",
+    .summary = "the model as source: shaders, C, Python, Mitsuba 3",
     .description =
         "Writes one self-contained file with the model in it: f_dd, the delta's reflectance rho_s, "
         "f_ud, sampling and its density, with all parameters free. The series is in it as a "

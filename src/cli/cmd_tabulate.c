@@ -176,6 +176,8 @@ static int run_job(const cli_command *self, const tabulate_request *request) {
     status = write_tables(self, &job);
   }
   if (status < 0)
+    status = cli_publish(job.ctx);
+  if (status < 0)
     status = tabulate_summary(&job);
   free(job.reports);
   hetab_grid_free(job.grid);
@@ -199,8 +201,8 @@ const cli_command cli_tabulate = {
     .summary = "write the tables of a surface as HDF5, OpenEXR, MERL and RGL files",
     .description =
         "Evaluates SURFACE (a preset, see 'hetab surfaces', or a YAML file) over a whole grid and "
-        "writes the table to each FILE: dd + ud, in 1/sr, without a cosine. Files appear whole or "
-        "not at all, and none is overwritten without --force.\n\n"
+        "writes the table to each FILE: dd + ud, in 1/sr, without a cosine. All files appear, or "
+        "none, and none is overwritten without --force.\n\n"
         "The specular delta is not in the tables. An HDF5 file holds its reflectance rho_s as "
         "/specular_reflectance, an OpenEXR file as its last part; beside NAME.binary and NAME.bsdf "
         "it is written to NAME.specular.csv.\n\n"

@@ -6,7 +6,6 @@
 
 #include "cli.h"
 #include "options.h"
-#include "core/atomic_file.h"
 #include "output.h"
 #include "progress.h"
 
@@ -67,8 +66,6 @@ static int plan(const cli_command *self, view_job *job) {
     return cli_usage(self, "%s: the name of an output ends in .png or .exr", r->output);
   if (r->wavelength && cli_wavelength_list(r->wavelength, &o->wavelength_um, 1) != 1)
     return cli_usage(self, "--wavelength: '%s' is not one wavelength in nm", r->wavelength);
-  if (hetab_same_file(r->input, r->output))
-    return cli_usage(self, "%s is the input too: give the picture another name", r->output);
   return -1;
 }
 
@@ -121,10 +118,11 @@ static int make(view_job *job) {
 
 static int save(view_job *job) {
   const request *r = job->request;
-  if (cli_signal())
-    return cli_fail("stopped");
   if (find_format(r->output)(job->ctx, job->view, r->output, r->force) != HETAB_OK)
     return cli_fail_context(job->ctx);
+  int status = cli_publish(job->ctx);
+  if (status >= 0)
+    return status;
   if (r->json)
     return cli_json_print(json_pack("{so so ss}", "input", cli_json_text(r->input), "file",
                                     cli_json_text(r->output), "version", hetab_version()));

@@ -6,7 +6,7 @@
 
 #include "core/angle.h"
 #include "fit_request.h"
-#include "core/atomic_file.h"
+#include "core/held_files.h"
 #include "output.h"
 
 /* ---- what is free -------------------------------------------------------------------------- */
@@ -71,9 +71,6 @@ int fit_check(const cli_command *self, fit_request *r) {
     for (int j = 0; j < 4; j++)
       if (outputs[i] && outputs[j] && i < j && hetab_same_file(outputs[i], outputs[j]))
         return cli_usage(self, "two outputs would be %s: give one another name", outputs[i]);
-  for (int i = 0; i < 4; i++)
-    if (outputs[i] && hetab_same_file(outputs[i], r->measurements))
-      return cli_usage(self, "%s is the input: choose another name", outputs[i]);
   if (r->per_wavelength && r->surface)
     return cli_usage(self, "--surface takes one fit: leave out --per-wavelength");
   return -1;

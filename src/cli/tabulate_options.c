@@ -49,8 +49,8 @@ static cli_option *engine_options(cli_option *next, tabulate_request *r) {
        "arithmetic on the device (float; double for a --tolerance below 1e-5)", &r->precision, 0,
        0},
       {CLI_CHOICE, "method", 0, "rows|series|literal",
-       "exact nodes and a polynomial along a row; the series at every entry; or the printed "
-       "equations in double on one core (rows)",
+       "polynomials of the series, made to the tolerance; the series itself at every entry; or the "
+       "printed equations in double on one core (rows)",
        &r->method, 0, 0},
       {CLI_NUMBER, "tolerance", 0, "E",
        "largest relative error that rows may make (1e-5 in float, 1e-9 in double)", &r->tolerance,

@@ -2,12 +2,11 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include <hetab/table.h>
 
 #include "convert/outputs.h"
-#include "core/atomic_file.h"
+#include "core/held_files.h"
 #include "table/table_format.h"
 #include "convert/trial.h"
 
@@ -48,20 +47,30 @@ static hetab_status write_table(hetab_context *ctx, hetab_convert_source *source
   return HETAB_ERR_UNSUPPORTED;
 }
 
-/* The file of the delta first: no table is without it. */
 static hetab_status write_output(hetab_context *ctx, hetab_convert_source *source, const char *path,
                                  const hetab_convert_options *options,
                                  hetab_convert_report *report) {
-  char *made;
   HETAB_TRY(hetab_convert_check_specular(ctx, source, report->to, path, options->overwrite,
                                          &report->specular_max));
-  HETAB_TRY(hetab_convert_save_specular(ctx, source, report->to, path, options->overwrite, report,
-                                        &made));
-  hetab_status status = write_table(ctx, source, path, options, report->to);
-  if (status != HETAB_OK && made)
-    unlink(made);
-  free(made);
+  HETAB_TRY(hetab_convert_save_specular(ctx, source, report->to, path, options->overwrite, report));
+  HETAB_TRY(write_table(ctx, source, path, options, report->to));
   report->clamped = source->clamped;
+  return HETAB_OK;
+}
+
+/* What has been written is read back before it takes anything's place. */
+static hetab_status write_and_try(hetab_context *ctx, hetab_convert_source *source,
+                                  const char *path, const hetab_convert_options *options,
+                                  hetab_convert_report *report) {
+  hetab_held_files held;
+  hetab_atomic_hold(ctx, &held);
+  hetab_status status = write_output(ctx, source, path, options, report);
+  if (status == HETAB_OK)
+    status = hetab_convert_trial(ctx, source, path, options->pairs ? options->pairs : 100000,
+                                 options->seed, report);
+  if (status == HETAB_OK)
+    status = hetab_atomic_publish(ctx, &held);
+  hetab_atomic_drop(ctx, &held);
   return status;
 }
 
@@ -83,9 +92,7 @@ hetab_status hetab_convert(hetab_context *ctx, const char *in, const char *out,
   report->srgb_out = !source.lambda_um;
   report->filled = source.filled;
   report->negative = hetab_lookup_negative(source.table);
-  hetab_status status = write_output(ctx, &source, out, &o, report);
-  if (status == HETAB_OK)
-    status = hetab_convert_trial(ctx, &source, out, o.pairs ? o.pairs : 100000, o.seed, report);
+  hetab_status status = write_and_try(ctx, &source, out, &o, report);
   hetab_convert_close(&source);
   return status;
 }

@@ -9,26 +9,24 @@
 #include <hetab/merl.h>
 
 #include "convert/mend.h"
+#include "core/held_files.h"
 #include "model/colour.h"
 #include "table/table_format.h"
 
 /* ---- opening ------------------------------------------------------------------------------- */
 
-/* The mended table as a file, for as long as it takes to open it. */
+/* The mended table as a file that only this process sees, for as long as it takes to open it. */
 static hetab_status open_mended(hetab_context *ctx, const hetab_merl *merl,
                                 hetab_convert_source *source) {
   const char *folder = getenv("TMPDIR");
   char path[4096];
-  snprintf(path, sizeof path, "%s/hetab-XXXXXX", folder && *folder ? folder : "/tmp");
-  int fd = mkstemp(path);
-  if (fd < 0)
-    return hetab_fail(ctx, HETAB_ERR_IO, "cannot write a temporary file '%s': %m; set TMPDIR",
-                      path);
-  close(fd);
+  hetab_held_files held;
+  snprintf(path, sizeof path, "%s/hetab-%d", folder && *folder ? folder : "/tmp", (int)getpid());
+  hetab_atomic_hold(ctx, &held);
   hetab_status status = hetab_merl_save(ctx, merl, path, 1);
   if (status == HETAB_OK)
     status = hetab_lookup_open(ctx, path, HETAB_LOOKUP_INTERPOLATE, &source->table);
-  unlink(path);
+  hetab_atomic_drop(ctx, &held);
   return status;
 }
 

@@ -9,7 +9,8 @@
 #include <hetab/merl.h>
 
 #include "convert/mend.h"
-#include "core/atomic_file.h"
+#include "core/held_files.h"
+#include "core/input_file.h"
 #include "lookup/specular.h"
 #include "rgl/rgl_table.h"
 #include "table/h5_head.h"
@@ -263,7 +264,8 @@ static hetab_status copy_csv(hetab_context *ctx, const hetab_convert_source *sou
   size_t size = 0;
   if (!from)
     return HETAB_ERR_MEMORY;
-  FILE *file = fopen(from, "rbe");
+  FILE *file;
+  (void)hetab_input_stream(ctx, from, HETAB_INPUT_TABLE, &file);
   ssize_t read = file ? getdelim(&text, &size, '\0', file) : -1;
   if (file)
     fclose(file);
@@ -323,21 +325,16 @@ hetab_status hetab_convert_check_specular(hetab_context *ctx, const hetab_conver
 
 hetab_status hetab_convert_save_specular(hetab_context *ctx, const hetab_convert_source *source,
                                          hetab_format format, const char *path, int overwrite,
-                                         hetab_convert_report *report, char **made) {
+                                         hetab_convert_report *report) {
   char *name = NULL;
-  *made = NULL;
   report->specular_kept = 1;
   if (report->specular_max > 0)
     HETAB_TRY(path_beside(ctx, source, format, path, &name));
   if (!name)
     return HETAB_OK;
-  int was_there = access(name, F_OK) == 0;
   hetab_status status = hetab_lookup_wavelengths_um(source->table)
                             ? write_csv(ctx, source, name, overwrite)
                             : copy_csv(ctx, source, name, overwrite, &report->specular_kept);
-  if (status == HETAB_OK && report->specular_kept && !was_there)
-    *made = name;
-  else
-    free(name);
+  free(name);
   return status;
 }

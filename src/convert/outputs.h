@@ -16,10 +16,9 @@ hetab_status hetab_convert_to_rgl(hetab_context *ctx, hetab_convert_source *sour
 hetab_status hetab_convert_check_specular(hetab_context *ctx, const hetab_convert_source *source,
                                           hetab_format format, const char *path, int overwrite,
                                           double *largest);
-/* Writes it and sets report->specular_kept; *made: the file, if there was none before, free() it.
- */
+/* Writes it and sets report->specular_kept. */
 hetab_status hetab_convert_save_specular(hetab_context *ctx, const hetab_convert_source *source,
                                          hetab_format format, const char *path, int overwrite,
-                                         hetab_convert_report *report, char **made);
+                                         hetab_convert_report *report);
 
 #endif

@@ -9,7 +9,7 @@
 
 #include "convert/radiant.h"
 #include "core/angle.h"
-#include "core/atomic_file.h"
+#include "core/held_files.h"
 #include "core/clock.h"
 #include "core/context.h"
 #include "table/exr_file.h"

@@ -2,7 +2,6 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <libgen.h>
 #include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,19 +10,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "core/atomic_parts.h"
 #include "core/context.h"
+#include "core/used_files.h"
 
-enum { MAX_LINKS = 40, NAME_TRIES = 100, TEMP_NAME = 32 };
-
-struct hetab_atomic_file {
-  char *path;   /* as the caller gave it, for messages */
-  char *target; /* the same with symbolic links followed; name points into it */
-  const char *name;
-  int directory; /* the target's; everything happens relative to it */
-  int fd;
-  int overwrite;
-  char temp[TEMP_NAME]; /* the name in the directory until published; "" while unnamed */
-};
+enum { MAX_LINKS = 40, NAME_TRIES = 100 };
 
 /* --- finding the target -------------------------------------------------------------------- */
 
@@ -103,26 +94,26 @@ static hetab_status check_target(hetab_context *ctx, const hetab_atomic_file *fi
   if (!file->overwrite)
     return exists(ctx, file);
   *mode = old.st_mode & 0777;
-  return HETAB_OK;
+  return hetab_note_output(ctx, file->path, &old);
 }
 
 /* --- temporary files ----------------------------------------------------------------------- */
 
-static void temporary_name(char name[TEMP_NAME]) {
+static void temporary_name(char name[HETAB_TEMP_NAME]) {
   unsigned long long number;
   if (getrandom(&number, sizeof number, 0) != (ssize_t)sizeof number)
     number = (unsigned long long)getpid();
-  snprintf(name, TEMP_NAME, ".hetab-%016llx", number);
+  snprintf(name, HETAB_TEMP_NAME, ".hetab-%016llx", number);
 }
 
 /* The way in which an unnamed file is addressed when it is given its name. */
-static void descriptor_path(int fd, char path[TEMP_NAME]) {
-  snprintf(path, TEMP_NAME, "/proc/self/fd/%d", fd);
+static void descriptor_path(int fd, char path[HETAB_TEMP_NAME]) {
+  snprintf(path, HETAB_TEMP_NAME, "/proc/self/fd/%d", fd);
 }
 
 /* -1 where the file system has no unnamed files, or where they could not be named: no /proc. */
 static int open_unnamed(int directory) {
-  char path[TEMP_NAME];
+  char path[HETAB_TEMP_NAME];
   int fd = openat(directory, ".", O_TMPFILE | O_RDWR | O_CLOEXEC, 0666);
   if (fd < 0)
     return -1;
@@ -133,7 +124,7 @@ static int open_unnamed(int directory) {
   return -1;
 }
 
-static int open_named(int directory, char name[TEMP_NAME]) {
+static int open_named(int directory, char name[HETAB_TEMP_NAME]) {
   int fd = -1;
   for (int i = 0; i < NAME_TRIES && fd < 0; i++) {
     temporary_name(name);
@@ -161,23 +152,35 @@ static hetab_status open_temporary(hetab_context *ctx, hetab_atomic_file *file, 
 
 /* --- the interface ------------------------------------------------------------------------- */
 
-hetab_status hetab_atomic_create(hetab_context *ctx, const char *path, int overwrite,
-                                 hetab_atomic_file **out) {
+hetab_status hetab_atomic_target(hetab_context *ctx, const char *path, hetab_atomic_file **out) {
   hetab_status status;
-  mode_t mode;
   *out = NULL;
-  if (!*path)
-    return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "the output's file name is empty");
   hetab_atomic_file *file = hetab_alloc(ctx, 1, sizeof *file);
   if (!file)
     return HETAB_ERR_MEMORY;
   file->directory = file->fd = -1;
-  file->overwrite = overwrite;
   file->path = strdup(path);
   if (!file->path)
     HETAB_GOTO(hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for the name '%s'", path));
   HETAB_GOTO(follow_links(ctx, path, &file->target));
   HETAB_GOTO(open_directory(ctx, file));
+  *out = file;
+  return HETAB_OK;
+done:
+  hetab_atomic_abort(file);
+  return status;
+}
+
+hetab_status hetab_atomic_create(hetab_context *ctx, const char *path, int overwrite,
+                                 hetab_atomic_file **out) {
+  hetab_status status;
+  hetab_atomic_file *file;
+  mode_t mode;
+  *out = NULL;
+  if (!*path)
+    return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "the output's file name is empty");
+  HETAB_TRY(hetab_atomic_target(ctx, path, &file));
+  file->overwrite = overwrite;
   HETAB_GOTO(check_target(ctx, file, &mode));
   HETAB_GOTO(open_temporary(ctx, file, mode));
   *out = file;
@@ -234,17 +237,17 @@ hetab_status hetab_atomic_reserve(hetab_context *ctx, hetab_atomic_file *file,
 
 /* Gives an unnamed file `name`; -1 with EEXIST if that is taken. */
 static int link_as(const hetab_atomic_file *file, const char *name) {
-  char path[TEMP_NAME];
+  char path[HETAB_TEMP_NAME];
   descriptor_path(file->fd, path);
   return linkat(AT_FDCWD, path, file->directory, name, AT_SYMLINK_FOLLOW);
 }
 
-/* Moves the temporary name to the target's. Without overwrite the target must still be free:
- * renameat2 sees to it, or a hard link where the file system does not know that flag. */
-static int rename_to_target(hetab_atomic_file *file) {
-  unsigned flags = file->overwrite ? 0 : RENAME_NOREPLACE;
-  int result = renameat2(file->directory, file->temp, file->directory, file->name, flags);
-  if (result && errno == EINVAL && !file->overwrite) {
+/* Moves the temporary name to the target's if that is free: renameat2 sees to it, or a hard link
+ * where the file system does not know that flag. */
+static int rename_to_free(hetab_atomic_file *file) {
+  int result =
+      renameat2(file->directory, file->temp, file->directory, file->name, RENAME_NOREPLACE);
+  if (result && errno == EINVAL) {
     result = linkat(file->directory, file->temp, file->directory, file->name, 0);
     if (result == 0)
       unlinkat(file->directory, file->temp, 0);
@@ -254,20 +257,17 @@ static int rename_to_target(hetab_atomic_file *file) {
   return result;
 }
 
-static int publish(hetab_atomic_file *file) {
-  if (!*file->temp && link_as(file, file->name) == 0)
-    return 0;
-  if (!*file->temp && (errno != EEXIST || !file->overwrite))
-    return -1;
+/* A hidden name for an unnamed file: linkat never overwrites. */
+static int stage(hetab_atomic_file *file) {
   for (int i = 0; !*file->temp && i < NAME_TRIES; i++) {
-    char name[TEMP_NAME];
+    char name[HETAB_TEMP_NAME];
     temporary_name(name);
     if (link_as(file, name) == 0)
       strcpy(file->temp, name);
     else if (errno != EEXIST)
       return -1;
   }
-  return *file->temp ? rename_to_target(file) : -1;
+  return *file->temp ? 0 : -1;
 }
 
 /* The new name is on the disk only with its directory. Some file systems cannot sync one. */
@@ -275,14 +275,49 @@ static int sync_directory(int directory) {
   return fsync(directory) && errno != EINVAL && errno != EROFS ? -1 : 0;
 }
 
-static hetab_status publish_file(hetab_context *ctx, hetab_atomic_file *file) {
-  if (publish(file))
-    return errno == EEXIST ? exists(ctx, file) : hetab_atomic_fail(ctx, file, errno);
+hetab_status hetab_atomic_name_or_stage(hetab_context *ctx, hetab_atomic_file *file) {
+  struct stat old;
+  if (fstatat(file->directory, file->name, &old, 0) == 0)
+    HETAB_TRY(hetab_note_output(ctx, file->path, &old));
+  if ((*file->temp ? rename_to_free(file) : link_as(file, file->name)) == 0) {
+    file->stage = HETAB_NAMED;
+    return HETAB_OK;
+  }
+  if (errno == EEXIST && !file->overwrite)
+    return exists(ctx, file);
+  return errno == EEXIST && stage(file) == 0 ? HETAB_OK : hetab_atomic_fail(ctx, file, errno);
+}
+
+hetab_status hetab_atomic_replace(hetab_context *ctx, hetab_atomic_file *file) {
+  struct stat old;
+  bool known = fstatat(file->directory, file->name, &old, 0) == 0;
+  if (renameat(file->directory, file->temp, file->directory, file->name))
+    return hetab_atomic_fail(ctx, file, errno);
+  file->temp[0] = '\0';
+  file->stage = HETAB_REPLACED;
+  if (known)
+    hetab_forget_output(ctx, &old);
+  return HETAB_OK;
+}
+
+hetab_status hetab_atomic_sync_name(hetab_context *ctx, const hetab_atomic_file *file) {
   return sync_directory(file->directory) ? hetab_atomic_fail(ctx, file, errno) : HETAB_OK;
 }
 
-static hetab_status keep(hetab_context *ctx, hetab_atomic_file *file) {
-  hetab_held_files *held = ctx->held;
+void hetab_atomic_take_back(hetab_atomic_file *file) {
+  if (file->stage == HETAB_NAMED)
+    unlinkat(file->directory, file->name, 0);
+  file->stage = HETAB_UNPUBLISHED;
+}
+
+static hetab_status publish(hetab_context *ctx, hetab_atomic_file *file) {
+  HETAB_TRY(hetab_atomic_name_or_stage(ctx, file));
+  if (file->stage != HETAB_NAMED)
+    HETAB_TRY(hetab_atomic_replace(ctx, file));
+  return hetab_atomic_sync_name(ctx, file);
+}
+
+hetab_status hetab_held_add(hetab_context *ctx, hetab_held_files *held, hetab_atomic_file *file) {
   hetab_atomic_file **files = realloc(held->files, (held->count + 1) * sizeof *files);
   if (!files)
     return hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for '%s'", file->path);
@@ -294,12 +329,11 @@ static hetab_status keep(hetab_context *ctx, hetab_atomic_file *file) {
 hetab_status hetab_atomic_commit(hetab_context *ctx, hetab_atomic_file *file) {
   hetab_status status = fsync(file->fd) ? hetab_atomic_fail(ctx, file, errno) : HETAB_OK;
   if (status == HETAB_OK && ctx->held) {
-    status = keep(ctx, file);
+    status = hetab_held_add(ctx, ctx->held, file);
     if (status == HETAB_OK)
       return HETAB_OK;
-  }
-  if (status == HETAB_OK)
-    status = publish_file(ctx, file);
+  } else if (status == HETAB_OK)
+    status = publish(ctx, file);
   hetab_atomic_abort(file);
   return status;
 }
@@ -318,83 +352,9 @@ void hetab_atomic_abort(hetab_atomic_file *file) {
   free(file);
 }
 
-/* --- several files -------------------------------------------------------------------------- */
-
-void hetab_atomic_hold(hetab_context *ctx, hetab_held_files *held) {
-  *held = (hetab_held_files){0};
-  ctx->held = held;
-}
-
-char *hetab_atomic_held_path(hetab_context *ctx, const hetab_held_files *held, size_t i) {
-  const hetab_atomic_file *file = held->files[i];
-  char *path = NULL;
-  int directory = (int)(file->name - file->target);
-  int made = *file->temp ? asprintf(&path, "%.*s%s", directory, file->target, file->temp)
-                         : asprintf(&path, "/proc/self/fd/%d", file->fd);
-  if (made >= 0)
-    return path;
-  hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for the name '%s'", file->path);
-  return NULL;
-}
-
-/* Adds which files have their names to the message of a failure. */
-static void list_published(hetab_context *ctx, hetab_status status, const hetab_held_files *held) {
-  char reason[sizeof ctx->message], names[512] = "";
-  size_t length = 0;
-  snprintf(reason, sizeof reason, "%s", ctx->message);
-  for (size_t i = 0; i < held->published && length < sizeof names; i++)
-    length += (size_t)snprintf(names + length, sizeof names - length, "%s'%s'", i ? ", " : "",
-                               held->files[i]->path);
-  hetab_fail(ctx, status, "%s; published before that: %s", reason, names);
-}
-
-hetab_status hetab_atomic_publish(hetab_context *ctx, hetab_held_files *held) {
-  hetab_status status = HETAB_OK;
-  for (; held->published < held->count; held->published++)
-    HETAB_GOTO(publish_file(ctx, held->files[held->published]));
-done:
-  if (status != HETAB_OK && held->published)
-    list_published(ctx, status, held);
-  hetab_atomic_drop(ctx, held);
-  return status;
-}
-
-void hetab_atomic_drop(hetab_context *ctx, hetab_held_files *held) {
-  for (size_t i = 0; i < held->count; i++)
-    hetab_atomic_abort(held->files[i]);
-  free(held->files);
-  held->files = NULL;
-  held->count = 0;
-  ctx->held = NULL;
-}
-
-/* --- one file or two ------------------------------------------------------------------------ */
-
-/* The directory that path lies in: "." for a bare name; free() it. NULL without memory. */
-static char *directory_of(const char *path) {
-  char *copy = strdup(path);
-  char *directory = copy ? strdup(dirname(copy)) : NULL;
-  free(copy);
-  return directory;
-}
-
-static const char *name_of(const char *path) {
-  const char *slash = strrchr(path, '/');
-  return slash ? slash + 1 : path;
-}
-
-static bool same_inode(const char *a, const char *b) {
-  struct stat info_a, info_b;
-  return stat(a, &info_a) == 0 && stat(b, &info_b) == 0 && info_a.st_dev == info_b.st_dev &&
-         info_a.st_ino == info_b.st_ino;
-}
-
-bool hetab_same_file(const char *a, const char *b) {
-  char *directory_a = directory_of(a), *directory_b = directory_of(b);
-  bool same =
-      same_inode(a, b) || (directory_a && directory_b && strcmp(name_of(a), name_of(b)) == 0 &&
-                           same_inode(directory_a, directory_b));
-  free(directory_a);
-  free(directory_b);
-  return same;
+int hetab_atomic_open_again(const hetab_atomic_file *file) {
+  char path[HETAB_TEMP_NAME];
+  descriptor_path(file->fd, path);
+  return *file->temp ? openat(file->directory, file->temp, O_RDONLY | O_CLOEXEC)
+                     : open(path, O_RDONLY | O_CLOEXEC);
 }

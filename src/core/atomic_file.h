@@ -13,6 +13,13 @@
 
 typedef struct hetab_atomic_file hetab_atomic_file;
 
+/* Files that are complete, without their names: see core/held_files.h. */
+typedef struct hetab_held_files {
+  hetab_atomic_file **files;
+  size_t count, published; /* published: those that have their names, from the first on */
+  struct hetab_held_files *outer;
+} hetab_held_files;
+
 /* Refuses at once what could not be published later: HETAB_ERR_EXISTS for an existing file without
  * overwrite; HETAB_ERR_IO for directories, devices, and directories missing or not writable.
  * Symbolic links are followed: the file they lead to is the one replaced. A new file's permissions
@@ -47,24 +54,5 @@ hetab_status hetab_atomic_commit(hetab_context *ctx, hetab_atomic_file *file);
 
 /* Drops the data; NULL is fine. */
 void hetab_atomic_abort(hetab_atomic_file *file);
-
-/* Several files, all or none as far as renames allow: from hold to publish or drop, what is
- * committed with the context is kept, whole and synced, without its name. One hold at a time. */
-typedef struct hetab_held_files {
-  hetab_atomic_file **files;
-  size_t count, published; /* published: those that have their names, from the first on */
-} hetab_held_files;
-
-void hetab_atomic_hold(hetab_context *ctx, hetab_held_files *held);
-/* Where a held file can be read; free() it. NULL without memory. */
-char *hetab_atomic_held_path(hetab_context *ctx, const hetab_held_files *held, size_t i);
-/* Ends the hold and publishes in the order of the commits. Where one fails, those before it stay:
- * the message lists them. */
-hetab_status hetab_atomic_publish(hetab_context *ctx, hetab_held_files *held);
-/* Ends the hold and drops what is not published; fine after publish, and on a zeroed one. */
-void hetab_atomic_drop(hetab_context *ctx, hetab_held_files *held);
-
-/* Two paths of one file, existing or not. */
-bool hetab_same_file(const char *a, const char *b);
 
 #endif

@@ -12,6 +12,11 @@ hetab_status hetab_context_create(hetab_context **out) {
 }
 
 void hetab_context_free(hetab_context *ctx) {
+  if (!ctx)
+    return;
+  while (ctx->held)
+    ctx->drop_held(ctx);
+  free(ctx->used);
   free(ctx);
 }
 

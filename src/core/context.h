@@ -2,14 +2,21 @@
 #ifndef HETAB_CORE_CONTEXT_H
 #define HETAB_CORE_CONTEXT_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <hetab/status.h>
+
+typedef struct hetab_used_file hetab_used_file;
 
 struct hetab_context {
   char message[1024];
   hetab_progress_fn progress;
   void *progress_user;
+  bool keeps_inputs;     /* see core/input_file.h: no output may be an input */
+  hetab_used_file *used; /* [used_count] */
+  size_t used_count;
   struct hetab_held_files *held; /* see core/atomic_file.h; NULL: files are published at once */
+  void (*drop_held)(struct hetab_context *ctx); /* for the end of the context */
 };
 
 /* Record the message and return `status`, so that callers write `return hetab_fail(...)`. Control

@@ -9,6 +9,8 @@
 #include <strings.h>
 #include <sys/stat.h>
 
+#include "core/input_file.h"
+
 enum { MAX_BYTES = 16 << 20, MIB = 1 << 20, MAX_WORD = 63 };
 
 const char *const hetab_yaml_extensions[] = {".yml", ".yaml", NULL};
@@ -100,10 +102,8 @@ static hetab_status convert(hetab_context *ctx, const char *path, const char *fr
 
 static hetab_status read_bytes(hetab_context *ctx, const char *path, size_t most, char **text,
                                size_t *length) {
-  FILE *file = fopen(path, "rbe");
-  if (!file)
-    return hetab_fail(ctx, HETAB_ERR_IO, "%s: cannot open: %s: check the path", path,
-                      strerror(errno));
+  FILE *file;
+  HETAB_TRY(hetab_input_stream(ctx, path, HETAB_INPUT_TEXT, &file));
   hetab_status status = is_larger(file, most) ? fail_large(ctx, path, most)
                                               : read_all(ctx, path, file, most, text, length);
   fclose(file);

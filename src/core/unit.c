@@ -5,6 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "core/angle.h"
+
 enum { WORD = 96 };
 
 /* ---- letters ------------------------------------------------------------------------------- */
@@ -76,7 +78,7 @@ double hetab_unit(hetab_quantity quantity, const char *text) {
 
 double hetab_in_unit(double value, double unit) {
   if (unit == M_PI / 180)
-    return value * M_PI / 180;
+    return hetab_radians(value);
   double per = round(1 / unit);
   return unit < 1e-2 && 1 / per == unit ? value / per : value * unit;
 }

@@ -10,6 +10,7 @@
 #include "core/random.h"
 #include "engine/dense.h"
 #include "engine/sample.h"
+#include "kernels/tables.h"
 
 enum { DEFAULT_SAMPLES = 20000, DEFAULT_REPEATS = 5, MOST_REPEATS = 64, LITERAL_ENTRIES = 20000 };
 /* Short runs are repeated for this long: a machine's slow moments last longer than a few of them.
@@ -97,12 +98,20 @@ static hetab_status time_literal(bench *b) {
   return status;
 }
 
+/* A slab of every wavelength, one after the other into the same place. */
+static hetab_status run_spectrum(hetab_context *ctx, const hetab_engine *engine,
+                                 const hetab_dense *dense, hetab_dense_lane *lane, cl_mem out) {
+  for (size_t w = 0; w < dense->wavelength_count; w++)
+    HETAB_TRY(hetab_dense_run(ctx, engine, dense, lane, w, 0, dense->rows_i, out, NULL));
+  return hetab_lane_finish(ctx, lane->lane);
+}
+
 /* Median over the repeats of the time that all wavelengths take in the kernel alone. */
 static hetab_status time_kernel(bench *b, const hetab_engine *engine, hetab_dense_kernel which,
                                 double *entries_per_second) {
   hetab_dense dense;
   hetab_dense_lane lane = {0};
-  cl_mem out = NULL;
+  hetab_output out = {0};
   hetab_status status;
   timing timing = {0};
   HETAB_TRY(hetab_dense_create(b->ctx, engine, b->surface, b->grid, &dense));
@@ -112,20 +121,19 @@ static hetab_status time_kernel(bench *b, const hetab_engine *engine, hetab_dens
                    (double)dense.count[HETAB_PHI] * (double)dense.wavelength_count;
   HETAB_GOTO(hetab_dense_lane_create(b->ctx, engine, &engine->lanes[0], &dense, which, &lane));
   HETAB_GOTO(hetab_dense_lane_load(b->ctx, engine, &dense, &lane));
-  HETAB_GOTO(hetab_lane_output(b->ctx, engine, lane.lane,
-                               rows * dense.count[HETAB_THETA_R] * dense.count[HETAB_PHI], &out));
-  HETAB_GOTO(hetab_dense_run(b->ctx, engine, &dense, &lane, 0, 0, rows, out)); /* warm-up */
+  HETAB_GOTO(hetab_output_create(b->ctx, engine, lane.lane,
+                                 rows * dense.count[HETAB_THETA_R] * dense.count[HETAB_PHI], &out));
+  HETAB_GOTO(run_spectrum(b->ctx, engine, &dense, &lane, out.buffer)); /* warm-up */
   while (wants_more(b, &timing)) {
     double start = hetab_seconds();
-    for (size_t w = 0; w < dense.wavelength_count; w++)
-      HETAB_GOTO(hetab_dense_run(b->ctx, engine, &dense, &lane, w, 0, rows, out));
+    HETAB_GOTO(run_spectrum(b->ctx, engine, &dense, &lane, out.buffer));
     add_run(&timing, entries, start);
     HETAB_GOTO(hetab_progress(b->ctx, (double)timing.count, MOST_REPEATS));
   }
   *entries_per_second = median(timing.rates, timing.count);
 done:
   hetab_dense_lane_clear(&lane);
-  hetab_release(out);
+  hetab_output_free(&out);
   hetab_dense_clear(&dense);
   return status;
 }
@@ -173,30 +181,31 @@ static hetab_status run_peak(hetab_context *ctx, const hetab_engine *engine, cl_
   hetab_arg_int(&args, rounds);
   hetab_arg_real(&args, 0.5);
   hetab_arg_mem(&args, out);
-  HETAB_TRY(args.status);
   double start = hetab_seconds();
-  cl_int error = clEnqueueNDRangeKernel(lane->queue, kernel, 1, NULL, &items, NULL, 0, NULL, NULL);
-  HETAB_TRY(hetab_cl_check(ctx, error, "clEnqueueNDRangeKernel", lane->device));
-  HETAB_TRY(hetab_cl_check(ctx, clFinish(lane->queue), "clFinish", lane->device));
+  HETAB_TRY(hetab_lane_run(&args, items, 1, NULL));
+  HETAB_TRY(hetab_lane_finish(ctx, lane));
   *seconds = hetab_seconds() - start;
   return HETAB_OK;
 }
 
 /* The device's multiply-add rate: the best of the repeats, for it is a ceiling. */
 static hetab_status time_peak(bench *b, const hetab_engine *engine) {
-  enum { ITEMS = 4096, ROUNDS = 4096, CHAINS = 12 /* of kernels/peak.cl */ };
+  enum { ITEMS = 2048 /* a compute unit */, ROUNDS = 4096 };
   const hetab_lane *lane = &engine->lanes[0];
   timing timing = {0};
   cl_kernel kernel = NULL;
-  cl_mem out = NULL;
+  hetab_output out = {0};
   hetab_status status;
   double best = 0.0, seconds, width = lane->vector_width;
-  HETAB_GOTO(hetab_lane_kernel(b->ctx, engine, lane, NULL, "peak", "hetab_k_peak", &kernel));
-  HETAB_GOTO(hetab_lane_output(b->ctx, engine, lane, ITEMS * (size_t)lane->vector_width, &out));
-  HETAB_GOTO(run_peak(b->ctx, engine, kernel, out, ITEMS, ROUNDS, &seconds)); /* warm-up */
+  size_t items = ITEMS * hetab_cl_device_uint(lane->device, CL_DEVICE_MAX_COMPUTE_UNITS);
+  HETAB_GOTO(hetab_lane_kernel(
+      b->ctx, engine, lane, &(hetab_build){.program = "peak", .kernel = "hetab_k_peak"}, &kernel));
+  HETAB_GOTO(hetab_output_create(b->ctx, engine, lane, items * (size_t)lane->vector_width, &out));
+  HETAB_GOTO(run_peak(b->ctx, engine, kernel, out.buffer, items, ROUNDS, &seconds)); /* warm-up */
   while (wants_more(b, &timing)) {
-    double operations = width * ITEMS * ROUNDS * CHAINS, start = hetab_seconds();
-    HETAB_GOTO(run_peak(b->ctx, engine, kernel, out, ITEMS, ROUNDS, &seconds));
+    double operations = width * (double)items * ROUNDS * HETAB_PEAK_CHAINS;
+    double start = hetab_seconds();
+    HETAB_GOTO(run_peak(b->ctx, engine, kernel, out.buffer, items, ROUNDS, &seconds));
     add_run(&timing, operations, start);
     best = fmax(best, operations / seconds);
   }
@@ -204,7 +213,7 @@ static hetab_status time_peak(bench *b, const hetab_engine *engine) {
 done:
   if (kernel)
     clReleaseKernel(kernel);
-  hetab_release(out);
+  hetab_output_free(&out);
   return status;
 }
 

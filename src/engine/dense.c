@@ -129,7 +129,7 @@ hetab_status hetab_dense_create(hetab_context *ctx, const hetab_engine *engine,
                                 const hetab_surface *surface, const hetab_grid *grid,
                                 hetab_dense *dense) {
   HETAB_TRY(hetab_check_surface(ctx, surface));
-  *dense = (hetab_dense){.surface = surface, .grid = grid};
+  *dense = (hetab_dense){.surface = surface, .grid = grid, .g_least = HUGE_VAL};
   for (int axis = 0; axis < HETAB_AXIS_COUNT; axis++)
     dense->count[axis] = hetab_grid_count(grid, (hetab_axis)axis);
   dense->wavelength_count = hetab_surface_band_count(surface);
@@ -158,8 +158,14 @@ hetab_status hetab_dense_make_atlas(hetab_context *ctx, const hetab_engine *engi
                                     hetab_dense *dense) {
   if (engine->method != HETAB_METHOD_ROWS)
     return HETAB_OK;
-  return hetab_engine_atlas(ctx, engine, dense->waves, dense->wavelength_count,
-                            hetab_tau_2sigma(dense->surface), &dense->atlas);
+  HETAB_TRY(hetab_engine_atlas(ctx, engine, dense->waves, dense->wavelength_count,
+                               hetab_tau_2sigma(dense->surface), &dense->atlas));
+  dense->g_least = dense->atlas.panels[HETAB_PANEL_START];
+  dense->wave_g_least = HUGE_VAL;
+  for (size_t w = 0; w < dense->wavelength_count; w++)
+    dense->wave_g_least =
+        fmin(dense->wave_g_least, dense->waves[w * HETAB_WAVE_REALS + HETAB_WAVE_G]);
+  return HETAB_OK;
 }
 
 void hetab_dense_clear(hetab_dense *dense) {
@@ -171,18 +177,20 @@ void hetab_dense_clear(hetab_dense *dense) {
   *dense = (hetab_dense){0};
 }
 
-static const char *kernel_name(hetab_dense_kernel which) {
-  static const char *const names[] = {"hetab_k_dense_rows", "hetab_k_dense_series",
-                                      "hetab_k_dense_store"};
-  return names[which];
-}
-
 hetab_status hetab_dense_lane_create(hetab_context *ctx, const hetab_engine *engine,
                                      const hetab_lane *lane, const hetab_dense *dense,
                                      hetab_dense_kernel which, hetab_dense_lane *out) {
+  static const char *const names[] = {"hetab_k_dense_rows", "hetab_k_dense_series",
+                                      "hetab_k_dense_store"};
+  hetab_build build = {.program = "dense",
+                       .kernel = names[which],
+                       .atlas = which == HETAB_DENSE_ROWS ? &dense->atlas : NULL,
+                       .row_items = lane->shape->row_items};
   *out = (hetab_dense_lane){.lane = lane, .which = which};
-  return hetab_lane_kernel(ctx, engine, lane, which == HETAB_DENSE_ROWS ? &dense->atlas : NULL,
-                           "dense", kernel_name(which), &out->kernel);
+  HETAB_TRY(hetab_lane_kernel(ctx, engine, lane, &build, &out->kernel));
+  build.kernel = names[HETAB_DENSE_SERIES];
+  return which != HETAB_DENSE_ROWS ? HETAB_OK
+                                   : hetab_lane_kernel(ctx, engine, lane, &build, &out->series);
 }
 
 hetab_status hetab_dense_lane_load(hetab_context *ctx, const hetab_engine *engine,
@@ -199,12 +207,14 @@ hetab_status hetab_dense_lane_load(hetab_context *ctx, const hetab_engine *engin
 }
 
 void hetab_dense_lane_clear(hetab_dense_lane *l) {
-  cl_mem *const buffers[] = {&l->waves, &l->one_plus_cos, &l->pairs, &l->rows};
+  cl_mem *const buffers[] = {&l->waves, &l->one_plus_cos, &l->pairs, &l->rows, &l->low_rows};
   for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
     hetab_release(*buffers[i]);
   hetab_atlas_release(&l->atlas);
   if (l->kernel)
     clReleaseKernel(l->kernel);
+  if (l->series)
+    clReleaseKernel(l->series);
   *l = (hetab_dense_lane){0};
 }
 
@@ -225,24 +235,43 @@ static hetab_status upload_pairs(hetab_context *ctx, const hetab_engine *engine,
   return status;
 }
 
-/* The rows to compute: all, less those whose mirror image in the same slab comes first. */
+/* A row (i, r) of the slab: its number and its mirror image's, or -1; 0 if that one comes first. */
+static int row_numbers(const hetab_dense *dense, const hetab_dense_lane *l, size_t i, size_t r,
+                       cl_int numbers[2]) {
+  size_t per_row = dense->count[HETAB_THETA_R];
+  int in_slab = dense->is_reciprocal && r >= l->first && r < l->first + l->count;
+  numbers[0] = (cl_int)(i * per_row + r);
+  numbers[1] = in_slab ? (cl_int)((r - l->first) * per_row + l->first + i) : -1;
+  return !in_slab || r >= l->first + i;
+}
+
+/* Whether g lies below the atlas at some wavelength; the kernels say at which. */
+static int is_low(const hetab_dense *dense, const hetab_dense_lane *l, size_t i, size_t r) {
+  hetab_pair pair = hetab_pair_of(&dense->theta_i[l->first + i], &dense->theta_r[r]);
+  return pair.mu2 * pair.ratio2 * dense->wave_g_least < (1.0 + 1e-6) * dense->g_least;
+}
+
+/* The rows to compute, and those of them that the series takes. */
 static hetab_status upload_rows(hetab_context *ctx, const hetab_dense *dense, hetab_dense_lane *l) {
   size_t per_row = dense->count[HETAB_THETA_R];
   cl_int(*rows)[2] = hetab_alloc(ctx, l->count * per_row, sizeof *rows);
-  if (!rows)
-    return HETAB_ERR_MEMORY;
-  l->row_count = 0;
-  for (size_t i = 0; i < l->count; i++)
+  cl_int(*low)[2] = hetab_alloc(ctx, l->count * per_row, sizeof *low);
+  hetab_status status = rows && low ? HETAB_OK : HETAB_ERR_MEMORY;
+  l->row_count = l->low_count = 0;
+  for (size_t i = 0; status == HETAB_OK && i < l->count; i++)
     for (size_t r = 0; r < per_row; r++) {
-      int in_slab = dense->is_reciprocal && r >= l->first && r < l->first + l->count;
-      if (in_slab && r < l->first + i)
+      if (!row_numbers(dense, l, i, r, rows[l->row_count]))
         continue;
-      rows[l->row_count][0] = (cl_int)(i * per_row + r);
-      rows[l->row_count++][1] = in_slab ? (cl_int)((r - l->first) * per_row + l->first + i) : -1;
+      if (l->series && is_low(dense, l, i, r))
+        memcpy(low[l->low_count++], rows[l->row_count], sizeof *low);
+      l->row_count++;
     }
-  hetab_status status =
-      hetab_lane_upload_bytes(ctx, l->lane, rows, l->row_count * sizeof *rows, &l->rows);
+  if (status == HETAB_OK)
+    status = hetab_lane_upload_bytes(ctx, l->lane, rows, l->row_count * sizeof *rows, &l->rows);
+  if (status == HETAB_OK && l->low_count)
+    status = hetab_lane_upload_bytes(ctx, l->lane, low, l->low_count * sizeof *low, &l->low_rows);
   free(rows);
+  free(low);
   return status;
 }
 
@@ -255,7 +284,8 @@ static hetab_status load_rows(hetab_context *ctx, const hetab_engine *engine,
     return HETAB_OK;
   hetab_release(l->pairs);
   hetab_release(l->rows);
-  l->pairs = l->rows = NULL;
+  hetab_release(l->low_rows);
+  l->pairs = l->rows = l->low_rows = NULL;
   l->first = first;
   l->count = count;
   HETAB_TRY(upload_pairs(ctx, engine, dense, l));
@@ -263,9 +293,9 @@ static hetab_status load_rows(hetab_context *ctx, const hetab_engine *engine,
 }
 
 static void set_inputs(hetab_args *args, const hetab_dense *dense, const hetab_dense_lane *l,
-                       size_t wavelength, cl_mem out) {
-  hetab_arg_mem(args, l->rows);
-  hetab_arg_int(args, l->row_count);
+                       cl_mem rows, size_t row_count, size_t wavelength, cl_mem out) {
+  hetab_arg_mem(args, rows);
+  hetab_arg_int(args, row_count);
   hetab_arg_mem(args, l->waves);
   hetab_arg_int(args, wavelength);
   hetab_arg_mem(args, l->pairs);
@@ -274,37 +304,50 @@ static void set_inputs(hetab_args *args, const hetab_dense *dense, const hetab_d
   hetab_arg_mem(args, out);
 }
 
-static void set_atlas(hetab_args *args, const hetab_dense *dense, const hetab_dense_lane *l) {
+/* Rows whose g is below the atlas; all of them where there is none. */
+static hetab_status run_series(hetab_args *args, const hetab_dense *dense,
+                               const hetab_dense_lane *l, cl_mem rows, size_t row_count,
+                               size_t wavelength, cl_mem out, cl_event *done) {
+  set_inputs(args, dense, l, rows, row_count, wavelength, out);
+  hetab_arg_real(args, dense->g_least);
+  return hetab_lane_run_rows(args, row_count, l->lane->shape->row_items, done);
+}
+
+static hetab_status run_atlas(hetab_args *args, const hetab_dense *dense, const hetab_dense_lane *l,
+                              size_t wavelength, cl_mem out, cl_event *done) {
+  set_inputs(args, dense, l, l->rows, l->row_count, wavelength, out);
   hetab_arg_mem(args, l->atlas.panels);
   hetab_arg_mem(args, l->atlas.segments);
   hetab_arg_mem(args, l->atlas.coefficients);
   hetab_arg_int(args, dense->atlas.panel_count);
   hetab_arg_int(args, (size_t)dense->atlas.first_panel);
+  return hetab_lane_run_rows(args, l->row_count, l->lane->shape->row_items, done);
 }
 
-static hetab_status run_store(hetab_context *ctx, const hetab_engine *engine,
-                              const hetab_dense *dense, hetab_dense_lane *l, size_t count,
-                              cl_mem out) {
-  hetab_args args = {ctx, engine, l->lane, l->kernel, 0, HETAB_OK};
-  hetab_arg_int(&args, count * dense->count[HETAB_THETA_R]);
-  hetab_arg_int(&args, dense->count[HETAB_PHI]);
-  hetab_arg_mem(&args, out);
-  HETAB_TRY(args.status);
-  return hetab_lane_run_rows(ctx, l->lane, l->kernel, count * dense->count[HETAB_THETA_R]);
+static hetab_status run_store(hetab_args *args, const hetab_dense *dense, const hetab_lane *lane,
+                              size_t count, cl_mem out, cl_event *done) {
+  size_t rows = count * dense->count[HETAB_THETA_R];
+  hetab_arg_int(args, rows);
+  hetab_arg_int(args, dense->count[HETAB_PHI]);
+  hetab_arg_mem(args, out);
+  return hetab_lane_run_rows(args, rows, lane->shape->row_items, done);
 }
 
 hetab_status hetab_dense_run(hetab_context *ctx, const hetab_engine *engine,
                              const hetab_dense *dense, hetab_dense_lane *l, size_t wavelength,
-                             size_t first, size_t count, cl_mem out) {
-  if (l->which == HETAB_DENSE_STORE)
-    return run_store(ctx, engine, dense, l, count, out);
-  HETAB_TRY(load_rows(ctx, engine, dense, l, first, count));
+                             size_t first, size_t count, cl_mem out, cl_event done[2]) {
   hetab_args args = {ctx, engine, l->lane, l->kernel, 0, HETAB_OK};
-  set_inputs(&args, dense, l, wavelength, out);
-  if (l->which == HETAB_DENSE_ROWS)
-    set_atlas(&args, dense, l);
-  HETAB_TRY(args.status);
-  return hetab_lane_run_rows(ctx, l->lane, l->kernel, l->row_count);
+  hetab_args series = {ctx, engine, l->lane, l->series, 0, HETAB_OK};
+  cl_event *second = done ? &done[1] : NULL;
+  if (l->which == HETAB_DENSE_STORE)
+    return run_store(&args, dense, l->lane, count, out, done);
+  HETAB_TRY(load_rows(ctx, engine, dense, l, first, count));
+  if (l->which == HETAB_DENSE_SERIES)
+    return run_series(&args, dense, l, l->rows, l->row_count, wavelength, out, done);
+  HETAB_TRY(run_atlas(&args, dense, l, wavelength, out, done));
+  return l->low_count
+             ? run_series(&series, dense, l, l->low_rows, l->low_count, wavelength, out, second)
+             : HETAB_OK;
 }
 
 double hetab_dense_literal(const hetab_dense *dense, size_t wavelength, size_t i, size_t r,

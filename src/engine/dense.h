@@ -23,19 +23,21 @@ typedef struct hetab_dense {
   size_t phi_padded;
   double *waves; /* [wavelength][HETAB_WAVE_REALS] */
   hetab_atlas atlas;
-  size_t rows_i;     /* theta_i rows per slab */
+  double g_least;      /* where the atlas begins; infinite without one */
+  double wave_g_least; /* of the wavelengths; with an atlas */
+  size_t rows_i;       /* theta_i rows per slab */
   int is_reciprocal; /* theta_i and theta_r are the same axis: half of the rows are mirror images */
 } hetab_dense;
 
 /* One device's side: its buffers and kernel. */
 typedef struct hetab_dense_lane {
   const hetab_lane *lane;
-  cl_kernel kernel;
   hetab_dense_kernel which;
+  cl_kernel kernel, series; /* series: of rows below the atlas */
   cl_mem waves, one_plus_cos;
   hetab_atlas_buffers atlas;
-  cl_mem pairs, rows; /* of the theta_i rows first .. first + count */
-  size_t first, count, row_count;
+  cl_mem pairs, rows, low_rows; /* of the theta_i rows first .. first + count */
+  size_t first, count, row_count, low_count;
 } hetab_dense_lane;
 
 /* All but the numbers of the atlas, whose degrees are there: kernels can be compiled meanwhile. */
@@ -55,10 +57,11 @@ hetab_status hetab_dense_lane_load(hetab_context *ctx, const hetab_engine *engin
                                    const hetab_dense *dense, hetab_dense_lane *lane);
 void hetab_dense_lane_clear(hetab_dense_lane *lane);
 
-/* Compute theta_i rows [first, first + count) of a wavelength into out; blocks until done. */
+/* Start computing theta_i rows [first, first + count) of a wavelength into out. done (or NULL): the
+ * kernels that do it, for hetab_lane_seconds. */
 hetab_status hetab_dense_run(hetab_context *ctx, const hetab_engine *engine,
                              const hetab_dense *dense, hetab_dense_lane *lane, size_t wavelength,
-                             size_t first, size_t count, cl_mem out);
+                             size_t first, size_t count, cl_mem out, cl_event done[2]);
 
 /* The literal reference at one entry: dd + ud, 1/sr. */
 double hetab_dense_literal(const hetab_dense *dense, size_t wavelength, size_t i, size_t r,

@@ -27,8 +27,9 @@ typedef struct hetab_merl_job {
   hetab_atlas atlas;
   double *waves; /* [wavelength][HETAB_WAVE_REALS], the weights among them */
   double (*weights)[HETAB_MERL_CHANNELS];
-  cl_kernel kernel;
-  cl_mem waves_buffer, frame, mu_i, mu_r, channels;
+  cl_kernel kernels[2]; /* the second may be NULL: the series, where it is apart */
+  cl_mem waves_buffer, frame, mu_i, mu_r;
+  hetab_output channels;
   hetab_atlas_buffers atlas_buffers;
   double kernel_seconds;
   double *sum;          /* [channel][cell], of valid samples */

@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cl/device.h"
 #include "core/clock.h"
 #include "engine/dense.h"
 #include "engine/merl_job.h"
@@ -115,58 +114,51 @@ static double diffuse_channel(const hetab_merl_job *job, int channel) {
   return sum;
 }
 
-static hetab_status run_kernel(hetab_merl_job *job) {
+/* One launch, or one for the atlas and one for the series. */
+static hetab_status run_kernels(hetab_merl_job *job) {
   const hetab_lane *lane = &job->engine->lanes[0];
+  size_t reals = (size_t)HETAB_MERL_CHANNELS * ROWS * job->stride;
   double start = hetab_seconds();
-  hetab_args args = {job->ctx, job->engine, lane, job->kernel, 0, HETAB_OK};
-  hetab_arg_mem(&args, job->waves_buffer);
-  hetab_arg_int(&args, job->band_count);
-  hetab_arg_real(&args, hetab_tau_2sigma(job->surface));
-  for (int c = 0; c < HETAB_MERL_CHANNELS; c++)
-    hetab_arg_real(&args, diffuse_channel(job, c));
-  hetab_arg_mem(&args, job->frame);
-  hetab_arg_mem(&args, job->mu_i);
-  hetab_arg_mem(&args, job->mu_r);
-  hetab_arg_int(&args, ROWS);
-  hetab_arg_int(&args, job->stride);
-  hetab_arg_mem(&args, job->atlas_buffers.panels);
-  hetab_arg_mem(&args, job->atlas_buffers.segments);
-  hetab_arg_mem(&args, job->atlas_buffers.coefficients);
-  hetab_arg_int(&args, job->atlas.panel_count);
-  hetab_arg_int(&args, (size_t)job->atlas.first_panel);
-  hetab_arg_mem(&args, job->channels);
-  HETAB_TRY(args.status);
-  HETAB_TRY(hetab_lane_run_rows(job->ctx, lane, job->kernel, ROWS));
+  hetab_output_return(&job->channels);
+  for (int k = 0; k < 2 && job->kernels[k]; k++) {
+    hetab_args args = {job->ctx, job->engine, lane, job->kernels[k], 0, HETAB_OK};
+    hetab_arg_mem(&args, job->waves_buffer);
+    hetab_arg_int(&args, job->band_count);
+    hetab_arg_real(&args, hetab_tau_2sigma(job->surface));
+    for (int c = 0; c < HETAB_MERL_CHANNELS; c++)
+      hetab_arg_real(&args, diffuse_channel(job, c));
+    hetab_arg_mem(&args, job->frame);
+    hetab_arg_mem(&args, job->mu_i);
+    hetab_arg_mem(&args, job->mu_r);
+    hetab_arg_int(&args, ROWS);
+    hetab_arg_int(&args, job->stride);
+    hetab_arg_mem(&args, job->atlas_buffers.panels);
+    hetab_arg_mem(&args, job->atlas_buffers.segments);
+    hetab_arg_mem(&args, job->atlas_buffers.coefficients);
+    hetab_arg_int(&args, job->atlas.panel_count);
+    hetab_arg_int(&args, (size_t)job->atlas.first_panel);
+    hetab_arg_mem(&args, job->channels.buffer);
+    HETAB_TRY(hetab_lane_run_rows(&args, ROWS, lane->shape->cell_items, NULL));
+  }
+  HETAB_TRY(hetab_output_fetch(job->ctx, job->engine, reals, &job->channels));
+  HETAB_TRY(hetab_output_wait(job->ctx, &job->channels));
   job->kernel_seconds += hetab_seconds() - start;
   return HETAB_OK;
 }
 
 /* Add the kernel's samples to their cells; those below the horizon do not count. */
 static void accumulate(hetab_merl_job *job, const void *reals) {
-  int is_double = job->engine->precision == HETAB_DOUBLE;
   for (size_t c = 0; c < HETAB_MERL_CHANNELS; c++)
     for (size_t row = 0; row < ROWS; row++)
       for (size_t p = 0; p < (size_t)job->sub.count * HETAB_MERL_PHI_D; p++) {
         size_t at = (c * ROWS + row) * job->stride + mirrored(job, p);
-        double value = is_double ? ((const double *)reals)[at] : (double)((const float *)reals)[at];
+        double value = hetab_real_at(job->engine, reals, at);
         size_t cell = row * HETAB_MERL_PHI_D + p / (size_t)job->sub.count;
         if (value < 0.0)
           continue;
         job->sum[c * HETAB_MERL_CELLS + cell] += value;
         job->valid[cell] = (unsigned char)(job->valid[cell] + (c == 0));
       }
-}
-
-static hetab_status collect(hetab_merl_job *job) {
-  const hetab_lane *lane = &job->engine->lanes[0];
-  cl_int error = CL_SUCCESS;
-  size_t bytes = (size_t)HETAB_MERL_CHANNELS * ROWS * job->stride * hetab_real_size(job->engine);
-  void *reals = clEnqueueMapBuffer(lane->queue, job->channels, CL_TRUE, CL_MAP_READ, 0, bytes, 0,
-                                   NULL, NULL, &error);
-  HETAB_TRY(hetab_cl_check(job->ctx, error, "clEnqueueMapBuffer", lane->device));
-  accumulate(job, reals);
-  clEnqueueUnmapMemObject(lane->queue, job->channels, reals, 0, NULL, NULL);
-  return hetab_cl_check(job->ctx, clFinish(lane->queue), "clFinish", lane->device);
 }
 
 static double samples_per_cell(const hetab_merl_job *job) {
@@ -180,9 +172,9 @@ static hetab_status evaluate_cells(hetab_merl_job *job) {
     for (int d = 0; d < job->sub.count; d++) {
       hetab_status status = upload_frame(job, job->sub.offset[h], job->sub.offset[d]);
       if (status == HETAB_OK)
-        status = run_kernel(job);
+        status = run_kernels(job);
       if (status == HETAB_OK)
-        status = collect(job);
+        accumulate(job, job->channels.values);
       release_frame(job);
       HETAB_TRY(status);
       HETAB_TRY(hetab_progress(job->ctx, done += part, total));
@@ -215,6 +207,20 @@ static hetab_status upload_atlas(hetab_merl_job *job) {
   return status;
 }
 
+static hetab_status build_kernels(hetab_merl_job *job) {
+  const hetab_lane *lane = &job->engine->lanes[0];
+  hetab_build build = {.program = "half_diff",
+                       .kernel = "hetab_k_half_diff",
+                       .atlas = &job->atlas,
+                       .row_items = lane->shape->cell_items,
+                       .parts = lane->shape->apart ? HETAB_PART_ATLAS : 0};
+  HETAB_TRY(hetab_lane_kernel(job->ctx, job->engine, lane, &build, &job->kernels[0]));
+  build.parts = HETAB_PART_SERIES;
+  return !lane->shape->apart
+             ? HETAB_OK
+             : hetab_lane_kernel(job->ctx, job->engine, lane, &build, &job->kernels[1]);
+}
+
 static hetab_status prepare(hetab_merl_job *job) {
   const hetab_lane *lane = &job->engine->lanes[0];
   hetab_context *ctx = job->ctx;
@@ -228,22 +234,22 @@ static hetab_status prepare(hetab_merl_job *job) {
   if (!job->sum || !job->valid)
     return HETAB_ERR_MEMORY;
   HETAB_TRY(job->engine->method == HETAB_METHOD_ROWS ? upload_atlas(job) : upload_no_atlas(job));
-  HETAB_TRY(hetab_lane_kernel(ctx, job->engine, lane, &job->atlas, "half_diff", "hetab_k_half_diff",
-                              &job->kernel));
+  HETAB_TRY(build_kernels(job));
   HETAB_TRY(hetab_lane_upload(ctx, job->engine, lane, job->waves,
                               job->band_count * HETAB_WAVE_REALS, &job->waves_buffer));
-  return hetab_lane_output(ctx, job->engine, lane, (size_t)HETAB_MERL_CHANNELS * ROWS * job->stride,
-                           &job->channels);
+  return hetab_output_create(ctx, job->engine, lane,
+                             (size_t)HETAB_MERL_CHANNELS * ROWS * job->stride, &job->channels);
 }
 
 static void clear(hetab_merl_job *job) {
   release_frame(job);
   hetab_release(job->waves_buffer);
-  hetab_release(job->channels);
+  hetab_output_free(&job->channels);
   hetab_atlas_release(&job->atlas_buffers);
   hetab_atlas_clear(&job->atlas);
-  if (job->kernel)
-    clReleaseKernel(job->kernel);
+  for (int k = 0; k < 2; k++)
+    if (job->kernels[k])
+      clReleaseKernel(job->kernels[k]);
   free(job->bands);
   free(job->waves);
   free(job->weights);

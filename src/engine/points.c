@@ -6,7 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cl/device.h"
 #include "engine/dense.h"
 #include "engine/engine_internal.h"
 #include "kernels/tables.h"
@@ -54,29 +53,22 @@ static hetab_status run(hetab_args *args, const columns *c, size_t slots, size_t
                         size_t planes, take_fn take, void *user) {
   const hetab_engine *engine = args->engine;
   const hetab_lane *lane = args->lane;
-  cl_mem in = NULL, out = NULL;
-  cl_int error = CL_SUCCESS;
+  cl_mem in = NULL;
+  hetab_output out = {0};
   hetab_status status;
   pad(c, slots);
   HETAB_GOTO(hetab_lane_upload(args->ctx, engine, lane, c->in, c->stride * slots, &in));
-  HETAB_GOTO(hetab_lane_output(args->ctx, engine, lane, c->stride * results, &out));
+  HETAB_GOTO(hetab_output_create(args->ctx, engine, lane, c->stride * results, &out));
   hetab_arg_mem(args, in);
   hetab_arg_int(args, c->stride);
-  hetab_arg_mem(args, out);
-  HETAB_GOTO(args->status);
-  size_t global[2] = {c->stride / (size_t)lane->vector_width, planes};
-  error = clEnqueueNDRangeKernel(lane->queue, args->kernel, 2, NULL, global, NULL, 0, NULL, NULL);
-  HETAB_GOTO(hetab_cl_check(args->ctx, error, "clEnqueueNDRangeKernel", lane->device));
-  void *values =
-      clEnqueueMapBuffer(lane->queue, out, CL_TRUE, CL_MAP_READ, 0,
-                         c->stride * results * hetab_real_size(engine), 0, NULL, NULL, &error);
-  HETAB_GOTO(hetab_cl_check(args->ctx, error, "clEnqueueMapBuffer", lane->device));
-  take(user, engine, values);
-  clEnqueueUnmapMemObject(lane->queue, out, values, 0, NULL, NULL);
-  clFinish(lane->queue);
+  hetab_arg_mem(args, out.buffer);
+  HETAB_GOTO(hetab_lane_run(args, c->stride / (size_t)lane->vector_width, planes, NULL));
+  HETAB_GOTO(hetab_output_fetch(args->ctx, engine, c->stride * results, &out));
+  HETAB_GOTO(hetab_output_wait(args->ctx, &out));
+  take(user, engine, out.values);
 done:
   hetab_release(in);
-  hetab_release(out);
+  hetab_output_free(&out);
   return status;
 }
 
@@ -148,8 +140,9 @@ hetab_status hetab_evaluate(hetab_context *ctx, hetab_engine *engine, const heta
   HETAB_TRY(hetab_check_points(ctx, points, count));
   if (engine->method == HETAB_METHOD_LITERAL)
     return hetab_evaluate_literal(ctx, points, count, values);
-  HETAB_TRY(
-      hetab_lane_kernel(ctx, engine, &engine->lanes[0], NULL, "points", "hetab_k_points", &kernel));
+  HETAB_TRY(hetab_lane_kernel(ctx, engine, &engine->lanes[0],
+                              &(hetab_build){.program = "points", .kernel = "hetab_k_points"},
+                              &kernel));
   hetab_status status = run_batches(ctx, engine, kernel, points, count, values);
   clReleaseKernel(kernel);
   return status;
@@ -176,9 +169,10 @@ hetab_status hetab_places_create(hetab_context *ctx, const hetab_engine *engine,
     return HETAB_ERR_MEMORY;
   places->engine = engine;
   places->in = hetab_alloc(ctx, (size_t)BATCH * HETAB_PLACE_REALS, sizeof *places->in);
-  hetab_status status = places->in ? hetab_lane_kernel(ctx, engine, &engine->lanes[0], NULL,
-                                                       "points", "hetab_k_places", &places->kernel)
-                                   : HETAB_ERR_MEMORY;
+  hetab_build build = {.program = "points", .kernel = "hetab_k_places"};
+  hetab_status status =
+      places->in ? hetab_lane_kernel(ctx, engine, &engine->lanes[0], &build, &places->kernel)
+                 : HETAB_ERR_MEMORY;
   if (status == HETAB_OK)
     *out = places;
   else

@@ -6,8 +6,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "cl/device.h"
-#include "core/clock.h"
 #include "engine/dense.h"
 #include "kernels/tables.h"
 #include "model/limits.h"
@@ -180,17 +178,14 @@ static hetab_status prepare(const integration *in, launch *l) {
   return nodes && l->nodes && l->rays ? HETAB_OK : HETAB_ERR_MEMORY;
 }
 
-/* Runs the kernel over the launch's rays and its wavelengths. */
-static hetab_status run_kernel(const integration *in, const launch *l, cl_mem sums) {
+/* Starts the kernel over the launch's rays and its wavelengths. */
+static hetab_status run_kernel(const integration *in, const launch *l, hetab_output *sums) {
   const hetab_lane *lane = &in->engine->lanes[0];
   cl_mem rays = NULL, nodes = NULL;
-  cl_int error = CL_SUCCESS;
   hetab_status status;
-  size_t global[2] = {l->ray_count, l->most_bands};
   hetab_args args = {in->ctx, in->engine, lane, in->kernel, 0, HETAB_OK};
-  rays = clCreateBuffer(lane->context, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR,
-                        l->ray_count * HETAB_RAY_INTS * sizeof *l->rays, l->rays, &error);
-  HETAB_GOTO(hetab_cl_check(in->ctx, error, "clCreateBuffer", lane->device));
+  HETAB_GOTO(hetab_lane_upload_bytes(in->ctx, lane, l->rays,
+                                     l->ray_count * HETAB_RAY_INTS * sizeof *l->rays, &rays));
   HETAB_GOTO(
       hetab_lane_upload(in->ctx, in->engine, lane, l->nodes, l->stride * HETAB_NODE_REALS, &nodes));
   hetab_arg_mem(&args, in->waves);
@@ -198,12 +193,9 @@ static hetab_status run_kernel(const integration *in, const launch *l, cl_mem su
   hetab_arg_int(&args, l->ray_count);
   hetab_arg_mem(&args, nodes);
   hetab_arg_int(&args, l->stride);
-  hetab_arg_mem(&args, sums);
-  HETAB_GOTO(args.status);
-  error = clEnqueueNDRangeKernel(lane->queue, in->kernel, 2, NULL, global, NULL, 0, NULL, NULL);
-  HETAB_GOTO(hetab_cl_check(in->ctx, error, "clEnqueueNDRangeKernel", lane->device));
-  error = clFinish(lane->queue);
-  HETAB_GOTO(hetab_cl_check(in->ctx, error, "clFinish", lane->device));
+  hetab_arg_mem(&args, sums->buffer);
+  HETAB_GOTO(hetab_lane_run(&args, l->ray_count, l->most_bands, NULL));
+  HETAB_GOTO(hetab_output_fetch(in->ctx, in->engine, l->results * HETAB_SUM_REALS, sums));
 done:
   hetab_release(rays);
   hetab_release(nodes);
@@ -280,36 +272,29 @@ static void judge(integration *in, job *j, const void *sums, size_t first) {
   in->done_count += (size_t)j->done * j->band_count;
 }
 
-static hetab_status take_sums(integration *in, const launch *l, cl_mem sums) {
-  const hetab_lane *lane = &in->engine->lanes[0];
-  cl_int error = CL_SUCCESS;
-  size_t bytes = l->results * HETAB_SUM_REALS * hetab_real_size(in->engine), first = 0;
-  void *values =
-      clEnqueueMapBuffer(lane->queue, sums, CL_TRUE, CL_MAP_READ, 0, bytes, 0, NULL, NULL, &error);
-  HETAB_TRY(hetab_cl_check(in->ctx, error, "clEnqueueMapBuffer", lane->device));
+static void take_sums(integration *in, const launch *l, const void *sums) {
+  size_t first = 0;
   for (size_t i = l->first; i < l->end; i++) {
     job *j = &in->jobs[i];
     if (j->done)
       continue;
     size_t results = (j->rays + 1) * j->band_count;
-    judge(in, j, values, first);
+    judge(in, j, sums, first);
     first += results;
   }
-  clEnqueueUnmapMemObject(lane->queue, sums, values, 0, NULL, NULL);
-  clFinish(lane->queue);
-  return HETAB_OK;
 }
 
 static hetab_status run_launch(integration *in, launch *l) {
-  cl_mem sums = NULL;
+  hetab_output sums = {0};
   hetab_status status;
   HETAB_GOTO(prepare(in, l));
-  HETAB_GOTO(hetab_lane_output(in->ctx, in->engine, &in->engine->lanes[0],
-                               l->results * HETAB_SUM_REALS, &sums));
-  HETAB_GOTO(run_kernel(in, l, sums));
-  HETAB_GOTO(take_sums(in, l, sums));
+  HETAB_GOTO(hetab_output_create(in->ctx, in->engine, &in->engine->lanes[0],
+                                 l->results * HETAB_SUM_REALS, &sums));
+  HETAB_GOTO(run_kernel(in, l, &sums));
+  HETAB_GOTO(hetab_output_wait(in->ctx, &sums));
+  take_sums(in, l, sums.values);
 done:
-  hetab_release(sums);
+  hetab_output_free(&sums);
   free(l->nodes);
   free(l->rays);
   return status;
@@ -377,7 +362,8 @@ static hetab_status open_kernel(integration *in) {
                                           in->band_count * HETAB_WAVE_REALS, &in->waves);
   free(rows);
   HETAB_TRY(status);
-  return hetab_lane_kernel(in->ctx, in->engine, lane, NULL, "hemisphere", "hetab_k_hemisphere",
+  return hetab_lane_kernel(in->ctx, in->engine, lane,
+                           &(hetab_build){.program = "hemisphere", .kernel = "hetab_k_hemisphere"},
                            &in->kernel);
 }
 

@@ -5,22 +5,22 @@
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
+#include <string.h>
 #include <time.h>
 
-#include "cl/device.h"
 #include "core/clock.h"
 #include "engine/dense.h"
 #include "engine/sample.h"
 
-enum { SLOTS_PER_LANE = 2 };
+enum { MOST_SLOTS = 4, LITERAL_SLOTS = 2 };
 
 /* One slab on its way: filled by a lane's thread, emptied by the caller's. */
 typedef struct slot {
-  int ready;
+  enum { FREE, STARTED, READY } state;
   size_t task;
-  cl_mem buffer;      /* NULL for the literal method */
-  const void *values; /* mapped from the buffer, or own memory */
-  double *own;
+  hetab_output output;
+  cl_event kernels[2];
+  double *own; /* of the literal method */
 } slot;
 
 typedef struct job {
@@ -43,7 +43,10 @@ typedef struct worker {
   const hetab_lane *lane; /* NULL: the literal method */
   hetab_dense_lane dense_lane;
   hetab_context ctx; /* one thread, one context */
-  slot slots[SLOTS_PER_LANE];
+  slot slots[MOST_SLOTS];
+  int slot_count;
+  slot *started[MOST_SLOTS]; /* in this order */
+  int started_count;
   double kernel_seconds;
   pthread_t thread;
 } worker;
@@ -69,68 +72,73 @@ static void fill_literal(const job *job, const hetab_slab *slab, double *values)
         *values++ = hetab_dense_literal(d, slab->wavelength, slab->theta_i_first + i, r, p);
 }
 
-static hetab_status map_slot(worker *w, slot *s, size_t entries) {
-  cl_int error = CL_SUCCESS;
-  s->values = clEnqueueMapBuffer(w->lane->queue, s->buffer, CL_TRUE, CL_MAP_READ, 0,
-                                 entries * hetab_real_size(w->job->engine), 0, NULL, NULL, &error);
-  return hetab_cl_check(&w->ctx, error, "clEnqueueMapBuffer", w->lane->device);
-}
-
-static void unmap_slot(worker *w, slot *s) {
-  union {
-    const void *in;
-    void *out;
-  } values = {s->values};
-  if (s->buffer && s->values)
-    clEnqueueUnmapMemObject(w->lane->queue, s->buffer, values.out, 0, NULL, NULL);
-  s->values = NULL;
-}
-
-static hetab_status compute(worker *w, slot *s) {
+static hetab_status begin_slab(worker *w, slot *s) {
   job *job = w->job;
   hetab_slab slab = slab_of(job, s->task);
-  double start = hetab_seconds();
+  w->started[w->started_count++] = s;
   if (!w->lane) {
+    double start = hetab_seconds();
     fill_literal(job, &slab, s->own);
-    s->values = s->own;
-  } else {
-    unmap_slot(w, s);
-    HETAB_TRY(hetab_dense_run(&w->ctx, job->engine, &job->dense, &w->dense_lane, slab.wavelength,
-                              slab.theta_i_first, slab.theta_i_count, s->buffer));
+    w->kernel_seconds += hetab_seconds() - start;
+    return HETAB_OK;
   }
-  w->kernel_seconds += hetab_seconds() - start;
-  return w->lane ? map_slot(w, s, slab_entries(job, &slab)) : HETAB_OK;
+  hetab_output_return(&s->output);
+  HETAB_TRY(hetab_dense_run(&w->ctx, job->engine, &job->dense, &w->dense_lane, slab.wavelength,
+                            slab.theta_i_first, slab.theta_i_count, s->output.buffer, s->kernels));
+  return hetab_output_fetch(&w->ctx, job->engine, slab_entries(job, &slab), &s->output);
 }
 
-/* The next task into a free slot; 0 when there is none, or none is wanted any more. */
-static int take_task(worker *w, slot **out) {
+/* The slab that was started first arrives. */
+static hetab_status end_slab(worker *w, slot **out) {
+  slot *s = *out = w->started[0];
+  w->started_count--;
+  memmove(w->started, w->started + 1, (size_t)w->started_count * sizeof *w->started);
+  if (!w->lane)
+    return HETAB_OK;
+  HETAB_TRY(hetab_output_wait(&w->ctx, &s->output));
+  for (int i = 0; i < 2; i++)
+    w->kernel_seconds += hetab_lane_seconds(&s->kernels[i]);
+  return HETAB_OK;
+}
+
+/* The next task into a free slot; NULL when there is none, or none is wanted any more. Waits for a
+ * free slot only if the device has nothing to do meanwhile. */
+static slot *take_task(worker *w) {
   job *job = w->job;
-  int taken = 0;
+  slot *taken = NULL;
   pthread_mutex_lock(&job->mutex);
   while (!job->stop && job->next_task < job->task_count && !taken) {
-    for (int i = 0; i < SLOTS_PER_LANE && !taken; i++)
-      if (!w->slots[i].ready) {
-        *out = &w->slots[i];
-        (*out)->task = job->next_task++;
-        taken = 1;
-      }
+    for (int i = 0; i < w->slot_count && !taken; i++)
+      if (w->slots[i].state == FREE)
+        taken = &w->slots[i];
+    if (!taken && w->started_count)
+      break;
     if (!taken)
       pthread_cond_wait(&job->changed, &job->mutex);
+  }
+  if (taken) {
+    taken->state = STARTED;
+    taken->task = job->next_task++;
   }
   pthread_mutex_unlock(&job->mutex);
   return taken;
 }
 
-static void hand_over(worker *w, slot *s, hetab_status status) {
+static void hand_over(worker *w, slot *s) {
+  pthread_mutex_lock(&w->job->mutex);
+  s->state = READY;
+  pthread_cond_broadcast(&w->job->changed);
+  pthread_mutex_unlock(&w->job->mutex);
+}
+
+static void fail(worker *w, hetab_status status) {
   job *job = w->job;
   pthread_mutex_lock(&job->mutex);
-  if (status == HETAB_OK) {
-    s->ready = 1;
-  } else if (job->status == HETAB_OK) {
+  if (job->status == HETAB_OK) {
     job->status = status;
     job->failure = w->ctx;
-    job->stop = 1;
   }
+  job->stop = 1;
   pthread_cond_broadcast(&job->changed);
   pthread_mutex_unlock(&job->mutex);
 }
@@ -162,10 +170,10 @@ static hetab_status prepare(worker *w) {
   size_t entries = d->rows_i * d->count[HETAB_THETA_R] * d->count[HETAB_PHI];
   if (w->lane)
     HETAB_TRY(prepare_lane(w));
-  for (int i = 0; i < SLOTS_PER_LANE; i++) {
-    slot *s = &w->slots[i];
+  for (; w->slot_count < (w->lane ? w->lane->shape->slabs : LITERAL_SLOTS); w->slot_count++) {
+    slot *s = &w->slots[w->slot_count];
     if (w->lane)
-      HETAB_TRY(hetab_lane_output(&w->ctx, w->job->engine, w->lane, entries, &s->buffer));
+      HETAB_TRY(hetab_output_create(&w->ctx, w->job->engine, w->lane, entries, &s->output));
     else if (!(s->own = hetab_alloc(&w->ctx, entries, sizeof *s->own)))
       return HETAB_ERR_MEMORY;
   }
@@ -174,13 +182,19 @@ static hetab_status prepare(worker *w) {
 
 static void *work(void *argument) {
   worker *w = argument;
-  slot *s = NULL;
   hetab_status status = prepare(w);
   if (status != HETAB_OK)
-    hand_over(w, NULL, status);
-  while (status == HETAB_OK && take_task(w, &s)) {
-    status = compute(w, s);
-    hand_over(w, s, status);
+    fail(w, status);
+  while (status == HETAB_OK) {
+    slot *s = take_task(w);
+    if (!s && !w->started_count)
+      break;
+    if (s)
+      status = begin_slab(w, s);
+    else if ((status = end_slab(w, &s)) == HETAB_OK)
+      hand_over(w, s);
+    if (status != HETAB_OK)
+      fail(w, status);
   }
   pthread_mutex_lock(&w->job->mutex);
   w->job->kernel_seconds += w->kernel_seconds;
@@ -190,20 +204,20 @@ static void *work(void *argument) {
 }
 
 static void release_worker(worker *w) {
-  for (int i = 0; i < SLOTS_PER_LANE; i++) {
-    unmap_slot(w, &w->slots[i]);
-    if (w->lane)
-      clFinish(w->lane->queue);
-    hetab_release(w->slots[i].buffer);
-    free(w->slots[i].own);
+  for (int i = 0; i < MOST_SLOTS; i++) {
+    slot *s = &w->slots[i];
+    hetab_output_free(&s->output);
+    for (int k = 0; k < 2; k++)
+      hetab_lane_seconds(&s->kernels[k]);
+    free(s->own);
   }
   hetab_dense_lane_clear(&w->dense_lane);
 }
 
 static slot *find_ready(worker *workers, int count) {
   for (int w = 0; w < count; w++)
-    for (int i = 0; i < SLOTS_PER_LANE; i++)
-      if (workers[w].slots[i].ready)
+    for (int i = 0; i < MOST_SLOTS; i++)
+      if (workers[w].slots[i].state == READY)
         return &workers[w].slots[i];
   return NULL;
 }
@@ -235,14 +249,9 @@ static hetab_status thread_failure(job *job) {
 
 static void set_free(job *job, slot *s) {
   pthread_mutex_lock(&job->mutex);
-  s->ready = 0;
+  s->state = FREE;
   pthread_cond_broadcast(&job->changed);
   pthread_mutex_unlock(&job->mutex);
-}
-
-static double entry_of(const hetab_engine *engine, const void *values, size_t i) {
-  return engine->precision == HETAB_DOUBLE ? ((const double *)values)[i]
-                                           : (double)((const float *)values)[i];
 }
 
 /* Compare the sampled entries of one slab: positions count entries within [task][slab]. */
@@ -257,7 +266,7 @@ static void sample_slab(const job *job, const hetab_slab *slab, uint64_t first,
     size_t at = (size_t)(position - first), phi = d->count[HETAB_PHI];
     size_t r = at / phi % d->count[HETAB_THETA_R];
     size_t i = slab->theta_i_first + at / phi / d->count[HETAB_THETA_R];
-    hetab_sample_add(sample, entry_of(job->engine, slab->values, at),
+    hetab_sample_add(sample, hetab_real_at(job->engine, slab->values, at),
                      hetab_dense_literal(d, slab->wavelength, i, r, at % phi));
   }
 }
@@ -281,7 +290,7 @@ static hetab_status deliver(job *job, worker *workers, int count, hetab_sample *
     if (!s)
       continue;
     hetab_slab slab = slab_of(job, s->task);
-    slab.values = s->values;
+    slab.values = s->own ? s->own : s->output.values;
     sample_slab(job, &slab, task_start(job, &slab), sample);
     if (sink)
       HETAB_TRY(sink(job->ctx, user, &slab));

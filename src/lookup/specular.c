@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "core/csv.h"
+#include "core/input_file.h"
 #include "model/colour.h"
 
 static hetab_status allocate(hetab_context *ctx, size_t channels, size_t count,
@@ -160,10 +161,13 @@ static hetab_status read_csv(hetab_context *ctx, const char *path, size_t channe
                              const double *lambda_um, hetab_specular_table *s) {
   csv file = {0};
   hetab_csv text;
-  if (access(path, F_OK) != 0 && (errno == ENOENT || errno == ENOTDIR))
-    return HETAB_OK;
+  int fd;
+  hetab_status status = hetab_input_open(ctx, path, HETAB_INPUT_TABLE, &fd);
+  if (fd < 0)
+    return errno == ENOENT || errno == ENOTDIR ? HETAB_OK : status;
+  close(fd);
   HETAB_TRY(hetab_csv_open(ctx, path, MOST_BYTES, &text));
-  hetab_status status = read_rows(&text, &file);
+  status = read_rows(&text, &file);
   if (status == HETAB_OK)
     status = check_order(ctx, path, &file);
   if (status == HETAB_OK)

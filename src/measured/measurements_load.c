@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 
 #include "measured/measurement_sheet.h"
+#include "core/input_file.h"
 #include "core/text.h"
 
 enum { MAX_TEXT = 256 << 20, SIGNATURE = 12 };
@@ -19,14 +20,12 @@ static const char *const csv_extensions[] = {".csv", NULL};
 
 /* The file's first bytes; zeros where it has fewer, or cannot be read: its reader says why. Of a
  * pipe none, for its reader would miss them: it is text. */
-static void read_signature(const char *path, unsigned char signature[SIGNATURE]) {
+static void read_signature(hetab_context *ctx, const char *path,
+                           unsigned char signature[SIGNATURE]) {
   struct stat about;
   memset(signature, 0, SIGNATURE);
-  FILE *file = stat(path, &about) == 0 && S_ISREG(about.st_mode) ? fopen(path, "rbe") : NULL;
-  if (!file)
-    return;
-  (void)!fread(signature, 1, SIGNATURE, file);
-  fclose(file);
+  if (stat(path, &about) == 0 && S_ISREG(about.st_mode))
+    hetab_input_start(ctx, path, HETAB_INPUT_TEXT, signature, SIGNATURE);
 }
 
 static bool has_line(const char *text, const char *key) {
@@ -69,7 +68,7 @@ static hetab_status read_text(hetab_sheet *sheet) {
 static hetab_status read_file(hetab_sheet *sheet) {
   static const unsigned char h5[] = {0x89, 'H', 'D', 'F'}, merl[] = {90, 0, 0, 0, 90, 0, 0, 0, 180};
   unsigned char signature[SIGNATURE];
-  read_signature(sheet->path, signature);
+  read_signature(sheet->ctx, sheet->path, signature);
   if (memcmp(signature, h5, sizeof h5) == 0 || hetab_has_extension(sheet->path, h5_extensions))
     return hetab_measurements_read_h5(sheet);
   if (memcmp(signature, merl, sizeof merl) == 0 ||

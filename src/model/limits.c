@@ -35,6 +35,14 @@ static const field *first_outside(const hetab_point *p, double most_rough, field
   return NULL;
 }
 
+hetab_status hetab_check_point(hetab_context *ctx, const hetab_point *point) {
+  field wrong;
+  if (first_outside(point, MOST_ROUGH_POINT, &wrong))
+    return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "%s = %g: give a value from %g to %g", wrong.name,
+                      wrong.value, wrong.low, wrong.high);
+  return HETAB_OK;
+}
+
 hetab_status hetab_check_points(hetab_context *ctx, const hetab_point *points, size_t count) {
   field wrong;
   for (size_t i = 0; i < count; i++)

@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 
 #include "core/atomic_file.h"
+#include "core/input_file.h"
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__,
                "tensor files are little-endian, and this file takes them as memory");
@@ -76,9 +77,8 @@ static hetab_status read_stream(hetab_context *ctx, const char *path, FILE *stre
 }
 
 static hetab_status read_bytes(hetab_context *ctx, const char *path, hetab_tensor_file *file) {
-  FILE *stream = fopen(path, "rbe");
-  if (!stream)
-    return hetab_fail(ctx, HETAB_ERR_IO, "cannot open '%s': %m", path);
+  FILE *stream;
+  HETAB_TRY(hetab_input_stream(ctx, path, HETAB_INPUT_TABLE, &stream));
   hetab_status status = read_stream(ctx, path, stream, file);
   fclose(stream);
   return status;

@@ -1,10 +1,10 @@
 /* Scans of files: the reader is chosen by the file's first bytes. */
-#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
+#include "core/input_file.h"
 #include "core/text.h"
 #include "roughness/heights.h"
 
@@ -27,13 +27,7 @@ static hetab_status read_signature(hetab_context *ctx, const char *path, char he
   memset(head, 0, 5);
   if (stat(path, &about) == 0 && !S_ISREG(about.st_mode))
     return HETAB_OK;
-  FILE *file = fopen(path, "rbe");
-  if (!file)
-    return hetab_fail(ctx, HETAB_ERR_IO, "%s: cannot open: %s: check the path", path,
-                      strerror(errno));
-  (void)!fread(head, 1, 4, file);
-  fclose(file);
-  return HETAB_OK;
+  return hetab_input_start(ctx, path, HETAB_INPUT_TEXT, head, 4);
 }
 
 static bool starts(const char *text, const char *with) {

@@ -6,7 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <unistd.h>
 #include <zip.h>
+#include "core/input_file.h"
 #include "roughness/heights.h"
 #include "core/md5.h"
 #include "roughness/x3p_xml.h"
@@ -267,9 +269,11 @@ static hetab_status read_open(x3p_file *f, hetab_heights **out) {
 hetab_status hetab_scan_x3p(hetab_context *ctx, const char *path,
                             const hetab_heights_options *options, hetab_heights **out) {
   x3p_file f = {.ctx = ctx, .path = path, .resample_um = options->resample_um};
-  int code;
-  f.zip = zip_open(path, ZIP_RDONLY, &code);
+  int code, fd;
+  HETAB_TRY(hetab_input_open(ctx, path, HETAB_INPUT_TABLE, &fd));
+  f.zip = zip_fdopen(fd, 0, &code);
   if (!f.zip) {
+    close(fd);
     zip_error_t error;
     zip_error_init_with_code(&error, code);
     hetab_fail(ctx, HETAB_ERR_PARSE, "%s: %s: is the file cut off?", path,

@@ -41,8 +41,10 @@ static hetab_status expand(const hetab_shader_input *input, const char *text, FI
 
 hetab_status hetab_shader_text(hetab_context *ctx, const hetab_surface *surface,
                                hetab_shader_language language, char **text) {
-  static const char *const names[] = {
-      [HETAB_SHADER_PYTHON] = "he_torrance.py", [HETAB_SHADER_MITSUBA] = "mitsuba.py"};
+  static const char *const names[] = {[HETAB_SHADER_C] = "he_torrance.c99",
+                                      [HETAB_SHADER_GLSL] = "he_torrance.glsl",
+                                      [HETAB_SHADER_PYTHON] = "he_torrance.py",
+                                      [HETAB_SHADER_MITSUBA] = "mitsuba.py"};
   const hetab_shader_input input = {ctx, surface};
   size_t size;
   *text = NULL;

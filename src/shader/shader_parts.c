@@ -127,7 +127,7 @@ static hetab_status write_nodes(const hetab_shader_input *input, FILE *out) {
 static void write_text(const char *text, FILE *out) {
   fputc('"', out);
   for (; *text; text++) /* nothing that would end a string in any of the languages */
-    fputc((unsigned char)*text < ' ' || strchr("\"\\<>&'`", *text) ? '_' : *text, out);
+    fputc((unsigned char)*text < ' ' || strchr("\"\\<>&'`*", *text) ? '_' : *text, out);
   fputc('"', out);
 }
 

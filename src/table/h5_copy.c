@@ -1,11 +1,11 @@
 #include "table/h5_copy.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <stdlib.h>
 #include <unistd.h>
 
 #include "core/context.h"
+#include "core/input_file.h"
 #include "core/atomic_file.h"
 #include "table/h5_common.h"
 
@@ -35,9 +35,8 @@ static hetab_status copy_bytes(hetab_context *ctx, int from, const char *source,
 }
 
 static hetab_status copy_file(hetab_context *ctx, const char *source, hetab_atomic_file *to) {
-  int from = open(source, O_RDONLY | O_CLOEXEC);
-  if (from < 0)
-    return hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': %m", source);
+  int from;
+  HETAB_TRY(hetab_input_open(ctx, source, HETAB_INPUT_TABLE, &from));
   hetab_status status = copy_bytes(ctx, from, source, to);
   close(from);
   return status;

@@ -1,7 +1,5 @@
 #include <hetab/table.h>
 
-#include <errno.h>
-#include <fcntl.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,6 +8,7 @@
 #include <hdf5.h>
 
 #include "core/context.h"
+#include "core/input_file.h"
 #include "table/h5_common.h"
 
 /* Axes of /brdf, in its order. */
@@ -144,12 +143,7 @@ static hetab_status read_angles(hetab_context *ctx, hetab_h5_table *table, hetab
 static hetab_status open_descriptor(hetab_context *ctx, hetab_h5_table *table) {
   static const unsigned char signature[8] = {0x89, 'H', 'D', 'F', '\r', '\n', 0x1a, '\n'};
   unsigned char start[sizeof signature];
-  struct stat about;
-  table->descriptor.fd = open(table->path, O_RDONLY | O_CLOEXEC);
-  if (table->descriptor.fd < 0 || fstat(table->descriptor.fd, &about))
-    return hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': %m", table->path);
-  if (!S_ISREG(about.st_mode))
-    return hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': it is not a regular file", table->path);
+  HETAB_TRY(hetab_input_open(ctx, table->path, HETAB_INPUT_TABLE, &table->descriptor.fd));
   if (pread(table->descriptor.fd, start, sizeof start, 0) != (ssize_t)sizeof start ||
       memcmp(start, signature, sizeof start) != 0)
     return hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' is not an HDF5 file", table->path);

@@ -10,6 +10,7 @@
 #include <sys/stat.h>
 
 #include "core/context.h"
+#include "core/input_file.h"
 #include "core/atomic_file.h"
 #include "table/half_diff.h"
 
@@ -206,9 +207,8 @@ static hetab_status read_file(hetab_context *ctx, FILE *file, const char *path, 
 static hetab_status load(hetab_context *ctx, const char *path, unscale_fn finish,
                          hetab_merl **out) {
   *out = NULL;
-  FILE *file = fopen(path, "rbe");
-  if (!file)
-    return hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': %m", path);
+  FILE *file;
+  HETAB_TRY(hetab_input_stream(ctx, path, HETAB_INPUT_TABLE, &file));
   hetab_merl *merl = hetab_alloc(ctx, 1, sizeof *merl);
   hetab_status status = merl ? read_file(ctx, file, path, merl, finish) : HETAB_ERR_MEMORY;
   fclose(file);

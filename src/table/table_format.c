@@ -1,29 +1,22 @@
 #include "table/table_format.h"
 
-#include <stdio.h>
 #include <string.h>
 #include <strings.h>
 
 #include <hetab/merl.h>
 #include <hetab/table.h>
 
+#include "core/input_file.h"
+
 hetab_status hetab_format_of(hetab_context *ctx, const char *path, hetab_format *out) {
   static const unsigned char h5_start[8] = {0x89, 'H', 'D', 'F', '\r', '\n', 0x1a, '\n'};
-  unsigned char start[12] = {0};
-  FILE *file = fopen(path, "rbe");
-  if (!file)
-    return hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': %m", path);
-  size_t size = fread(start, 1, sizeof start, file);
-  int failed = ferror(file);
-  fclose(file);
-  if (failed)
-    return hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': it is not a regular file", path);
-  if (size >= sizeof h5_start && memcmp(start, h5_start, sizeof h5_start) == 0)
+  unsigned char start[12];
+  HETAB_TRY(hetab_input_start(ctx, path, HETAB_INPUT_TABLE, start, sizeof start));
+  if (memcmp(start, h5_start, sizeof h5_start) == 0)
     *out = HETAB_FORMAT_H5;
-  else if (size == sizeof start && memcmp(start, "tensor_file", sizeof start) == 0)
+  else if (memcmp(start, "tensor_file", sizeof start) == 0)
     *out = HETAB_FORMAT_RGL;
-  else if (size == sizeof start &&
-           (start[0] == HETAB_MERL_THETA_H || start[3] == HETAB_MERL_THETA_H)) /* either order */
+  else if (start[0] == HETAB_MERL_THETA_H || start[3] == HETAB_MERL_THETA_H) /* either order */
     *out = HETAB_FORMAT_MERL;
   else
     return hetab_fail(ctx, HETAB_ERR_PARSE,

@@ -128,7 +128,7 @@ def metals() -> dict[str, str]:
 
 
 def shader(language: str, surface: Surface | None = None) -> str:
-    """The model as source: "python" (numpy) or "mitsuba". With a surface its numbers are in it
+    """The model as source: "c", "glsl", "python" (numpy) or "mitsuba". With a surface its numbers are in it
     (include/hetab/shader.h)."""
     out = ffi.new("char **")
     call(lib.hetab_shader_text, surface._handle if surface else NULL,
