@@ -16,8 +16,8 @@ extern "C" {
 
 /* What a record says. */
 typedef struct hetab_batch_result {
-  double bytes;          /* of the table and what is beside it; 0 without a table */
-  double seconds;        /* of the call that made it */
+  double bytes;   /* of the table and what is beside it; 0 without a table */
+  double seconds; /* of the process, while it was made: of one core, where that has one thread */
   double error_l1, bias; /* RGL, measured, as in hetab_rgl_report; 0: none */
   int fits;              /* the errors are what was asked for */
 } hetab_batch_result;

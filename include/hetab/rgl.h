@@ -35,8 +35,8 @@ typedef struct hetab_rgl hetab_rgl;
 typedef struct hetab_rgl_options {
   hetab_rgl_bands bands;
   double table_error; /* relative L1 per incidence that the shape is chosen for; 0: 0.01 */
-  /* Not 0: this shape is tried first, and made if it keeps table_error, its bias and 10 % beyond 80
-   * degrees, without the tenth to spare: 4 to 96 incidences of 8 to 128 nodes squared. */
+  /* Not 0: this shape is tried first, then a few larger ones, in place of the search: 4 to 96
+   * incidences of 8 to 128 nodes squared. */
   size_t theta_i_count, resolution;
 } hetab_rgl_options;
 

@@ -1,10 +1,11 @@
-/* The processors that this process may run on. */
+/* How many threads a job may use. */
 #ifndef HETAB_CORE_CPUS_H
 #define HETAB_CORE_CPUS_H
 
-/* At least 1. What taskset, a cluster's scheduler or a container leave of the machine. */
+/* The processors that taskset, a cluster's scheduler or a container leave this process, or fewer by
+ * the calling thread's limit; at least 1. */
 int hetab_cpu_count(void);
-/* Binds the calling process to the i-th of them, i modulo their count. */
-void hetab_cpu_bind(int i);
+/* Of the calling thread, for what it starts itself; 0: none. */
+void hetab_cpu_limit(int most);
 
 #endif
