@@ -44,7 +44,7 @@ static inline hetab_status save_merl(hetab_context *ctx, hetab_engine *engine,
 static inline hetab_status save_h5(hetab_context *ctx, hetab_engine *engine,
                                    const hetab_surface *surface, const hetab_grid *grid,
                                    const char *path) {
-  const hetab_tabulate_options no_samples = {.samples = 0};
+  const hetab_tabulate_options no_samples = {.samples = HETAB_NO_SAMPLES};
   const hetab_tabulate_to_options options = {.grid = grid, .sample = &no_samples, .overwrite = 1};
   return hetab_tabulate_to(ctx, engine, surface, &path, 1, &options, NULL);
 }

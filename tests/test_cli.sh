@@ -37,20 +37,6 @@ refuses "no output" 2 "no output" tabulate BBQAL2
 refuses "two surfaces" 2 "unexpected argument 'b'" tabulate a b -o a.h5
 refuses "devices with an argument" 2 "unexpected" devices x
 
-best=1000
-for _ in 1 2 3 4 5 6 7 8; do
-  before=${EPOCHREALTIME/./}
-  "$program" --help >/dev/null
-  elapsed=$(((${EPOCHREALTIME/./} - before) / 1000))
-  [ $elapsed -ge $best ] || best=$elapsed
-done
-# A sanitizer's start-up is not the program's.
-if grep -q __asan_init "$program"; then
-  skip "start-up time: built with a sanitizer"
-else
-  check "--help starts in 20 ms (took $best)" test $best -le 20
-fi
-
 "$program" --help >/dev/full 2>err
 one_line "full standard output" $? 1 "standard output: No space left"
 "$program" --help >&- 2>err

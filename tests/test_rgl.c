@@ -292,7 +292,8 @@ static hetab_surface *open_surface(hetab_context *ctx, const char *name, double 
 static hetab_rgl *tabulate(hetab_context *ctx, const char *name, double lambda_um,
                            double table_error, hetab_rgl_report *report) {
   hetab_surface *surface = open_surface(ctx, name, lambda_um);
-  hetab_rgl_options options = {lambda_um > 0 ? HETAB_RGL_SPECTRAL : HETAB_RGL_RGB, table_error};
+  hetab_rgl_options options = {.bands = lambda_um > 0 ? HETAB_RGL_SPECTRAL : HETAB_RGL_RGB,
+                               .table_error = table_error};
   hetab_rgl *rgl;
   assert_ok(ctx, hetab_tabulate_rgl(ctx, surface, &options, &rgl, report));
   hetab_surface_free(surface);
@@ -413,7 +414,7 @@ static void test_presets(void **state) {
 static void test_needle(void **state) {
   hetab_context *ctx = *state;
   double lambda_um = 0.55;
-  hetab_rgl_options options = {HETAB_RGL_SPECTRAL, 0.02};
+  hetab_rgl_options options = {.bands = HETAB_RGL_SPECTRAL, .table_error = 0.02};
   hetab_rgl_report report;
   hetab_surface *surface;
   hetab_rgl *rgl;

@@ -2,6 +2,7 @@
 #ifndef HETAB_BENCH_H
 #define HETAB_BENCH_H
 
+#include <stddef.h>
 #include <hetab/surface.h>
 #include <hetab/tabulate.h>
 
@@ -21,6 +22,7 @@ typedef struct hetab_bench_row {
 } hetab_bench_row;
 
 typedef struct hetab_bench_options {
+  size_t size;         /* of the struct; 0: of this header\'s */
   const char *devices; /* as in hetab_engine_options */
   size_t samples;      /* entries compared per row; 0: 20000 */
   unsigned repeats;    /* timed runs of each kernel, the median counts; 0: 5 to 64, for 0.6 s */

@@ -14,6 +14,7 @@ extern "C" {
 #endif
 
 typedef struct hetab_engine_options {
+  size_t size; /* of the struct; 0: of this header\'s */
   /* "0", "0,1", part of a name, "all"; NULL: the first device. Dense tables share all of them;
    * points, MERL tables and reflectances take the first. */
   const char *devices;

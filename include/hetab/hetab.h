@@ -6,8 +6,10 @@
  * - Angles are radians from the normal; degrees are the axes of grids alone (a file's), in names
  *   that end in _deg.
  * - Lengths are um, values BRDFs in 1/sr without a cosine.
- * - Options: NULL, and 0 in a member, stand for the default. Where a function writes a file,
- *   `overwrite` is in its options, or its last argument if it has none.
+ * - Options: NULL, and 0 in a member, stand for the default. The first member is the struct's size,
+ *   sizeof options: a library that knows more members then takes them for 0, and one that knows
+ *   fewer refuses what it does not know. 0 there is the size that this header has. Where a function
+ * writes a file, `overwrite` is in its options, or its last argument if it has none.
  * - Threads: a context, and a handle that a function may change, serve one thread at a time;
  *   handles passed as const may be shared. Headers that promise more say so. */
 #ifndef HETAB_H

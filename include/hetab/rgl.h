@@ -33,6 +33,7 @@ typedef enum hetab_rgl_bands {
 typedef struct hetab_rgl hetab_rgl;
 
 typedef struct hetab_rgl_options {
+  size_t size; /* of the struct; 0: of this header\'s */
   hetab_rgl_bands bands;
   double table_error; /* relative L1 per incidence that the shape is chosen for; 0: 0.01 */
   /* Not 0: this shape is tried first, then a few larger ones, in place of the search: 4 to 96

@@ -24,6 +24,7 @@ typedef enum hetab_heights_kind {
 
 /* What a text file does not say of itself; 0 and NULL: the file has to say it. */
 typedef struct hetab_heights_options {
+  size_t size;        /* of the struct; 0: of this header\'s */
   double spacing_um;  /* between neighbours, of heights without x; of maps in both directions */
   const char *unit;   /* "nm", "um", "mm" or "m": of numbers whose header names no unit */
   double resample_um; /* interpolate scans with x linearly on places this far apart; 0: do not */
@@ -68,6 +69,7 @@ typedef enum hetab_level {
 
 /* Zeroed: level by fit, no separation of scales, outliers by the default. */
 typedef struct hetab_roughness_options {
+  size_t size; /* of the struct; 0: of this header\'s */
   /* Of the ISO 16610-21 Gaussian filter: 50 % transmission at this wavelength, um; 0: no filter;
    * HETAB_CUTOFF_AUTO: the cut-off with the largest small-scale slope. */
   double cutoff_um;

@@ -14,6 +14,7 @@
 #ifndef HETAB_TABLE_H
 #define HETAB_TABLE_H
 
+#include <stddef.h>
 #include <hetab/grid.h>
 #include <hetab/surface.h>
 #include <hetab/output_file.h>
@@ -24,6 +25,7 @@ extern "C" {
 #endif
 
 typedef struct hetab_h5_options {
+  size_t size;             /* of the struct; 0: of this header\'s */
   hetab_precision element; /* of /brdf in the file */
   hetab_precision slabs;   /* of the slabs that will be written: the engine's precision */
   int compression;         /* 0 none, 1-9 shuffle + deflate level */

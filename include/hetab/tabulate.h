@@ -13,14 +13,18 @@
 extern "C" {
 #endif
 
+/* For `samples`: compare none. */
+#define HETAB_NO_SAMPLES ((size_t)-1)
+
 typedef struct hetab_tabulate_options {
-  size_t samples; /* entries compared with the literal reference in all; 0: none */
+  size_t size;    /* of the struct; 0: of this header\'s */
+  size_t samples; /* entries compared with the literal reference in all; 0: 2000 */
   unsigned seed;  /* of the sample */
 } hetab_tabulate_options;
 
 /* Every entry of surface x grid. Memory: two slabs per device (four on a GPU), of at most 32 MiB or
  * one theta_i row (HETAB_ERR_RANGE if that is over 128 MiB), whatever the table's size.
- * Entries below 5e-15 / sr may be 0. options may be NULL (2000 samples), report may be NULL. */
+ * Entries below 5e-15 / sr may be 0. options and report may be NULL. */
 hetab_status hetab_tabulate(hetab_context *ctx, hetab_engine *engine, const hetab_surface *surface,
                             const hetab_grid *grid, const hetab_tabulate_options *options,
                             hetab_slab_fn sink, void *user, hetab_report *report);
@@ -38,11 +42,12 @@ typedef enum hetab_merl_colour {
 } hetab_merl_colour;
 
 typedef struct hetab_merl_options {
+  size_t size; /* of the struct; 0: of this header\'s */
   hetab_merl_sampling sampling;
   hetab_merl_colour colour;
   double band_um[3];    /* MONO: the first; BANDS: R, G, B */
   double specular_cone; /* > 0: fold the specular delta in as a lobe that wide (theta_h) */
-  size_t samples;       /* cells compared with the literal reference; 0: none */
+  size_t samples;       /* cells compared with the literal reference; 0: 500 */
   unsigned seed;
 } hetab_merl_options;
 

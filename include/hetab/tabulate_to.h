@@ -14,6 +14,7 @@ extern "C" {
 
 /* NULL and 0 stand for the defaults of the functions that the members are of. */
 typedef struct hetab_tabulate_to_options {
+  size_t size;                          /* of the struct; 0: of this header's */
   const hetab_engine_options *engine;   /* of the engine that is made where none is given */
   const hetab_grid *grid;               /* of .h5 and .exr */
   const hetab_tabulate_options *sample; /* of .h5 and .exr, and where merl is NULL; NULL: 2000 */

@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/option_size.h"
+
 /* Below this, 1/sr, relative differences are the arithmetic's noise (design, section 6). */
 static const double floor_per_sr = 1e-9;
 
@@ -13,14 +15,16 @@ static double or_default(double value, double otherwise) {
   return value > 0 ? value : otherwise;
 }
 
-hetab_audit_options hetab_audit_defaults(const hetab_audit_options *options) {
-  hetab_audit_options o = options ? *options : (hetab_audit_options){0};
+hetab_status hetab_audit_options_take(hetab_context *ctx, const hetab_audit_options *options,
+                                      hetab_audit_options *out) {
+  HETAB_OPTIONS(ctx, hetab_audit_options, o, options);
   o.tolerance = or_default(o.tolerance, 1e-3);
   o.max_asymmetry = or_default(o.max_asymmetry, 1e-3);
   o.max_error = or_default(o.max_error, 0.25);
   o.max_missing = or_default(o.max_missing, 0.01);
   o.pairs = o.pairs ? o.pairs : 1000000;
-  return o;
+  *out = o;
+  return HETAB_OK;
 }
 
 hetab_status hetab_audit_new(hetab_context *ctx, hetab_audit_kind kind, const char *name,

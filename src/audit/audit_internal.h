@@ -11,7 +11,8 @@
 enum { HETAB_AUDIT_INCIDENCES = 90 }; /* 0, 1 ... 89 degrees */
 
 /* Options with the defaults filled in. */
-hetab_audit_options hetab_audit_defaults(const hetab_audit_options *options);
+hetab_status hetab_audit_options_take(hetab_context *ctx, const hetab_audit_options *options,
+                                      hetab_audit_options *out);
 
 /* An empty audit of that many channels and incidences; lambda_um and theta_i zeroed. */
 hetab_status hetab_audit_new(hetab_context *ctx, hetab_audit_kind kind, const char *name,

@@ -29,11 +29,12 @@ static hetab_status measure_file(hetab_context *ctx, const char *path, hetab_aud
 
 hetab_status hetab_audit_table(hetab_context *ctx, hetab_engine *engine, const char *path,
                                const hetab_audit_options *options, hetab_audit **out) {
-  hetab_audit_options o = hetab_audit_defaults(options);
+  hetab_audit_options o;
   hetab_format format;
   bool is_h5;
   hetab_audit *audit;
   *out = NULL;
+  HETAB_TRY(hetab_audit_options_take(ctx, options, &o));
   HETAB_TRY(is_h5_file(ctx, path, &is_h5));
   if (hetab_format_of(ctx, path, &format) == HETAB_OK && format == HETAB_FORMAT_RGL)
     return hetab_fail(ctx, HETAB_ERR_UNSUPPORTED,

@@ -175,7 +175,7 @@ static hetab_status mix_slab(hetab_context *ctx, void *user, const hetab_slab *s
 }
 
 static hetab_status evaluate_model(sheet *s) {
-  hetab_tabulate_options options = {.samples = 0};
+  hetab_tabulate_options options = {.samples = HETAB_NO_SAMPLES};
   double deg = s->theta_i * 180 / M_PI;
   memset(s->reference, 0, s->channels * s->theta_r.count * s->phi.count * sizeof *s->reference);
   HETAB_TRY(hetab_grid_set_values(s->ctx, s->grid, HETAB_THETA_I, &deg, 1));

@@ -176,9 +176,10 @@ static hetab_status fill(hetab_context *ctx, hetab_engine *engine, const hetab_s
 hetab_status hetab_audit_surface(hetab_context *ctx, hetab_engine *engine,
                                  const hetab_surface *surface, const hetab_audit_options *options,
                                  hetab_audit **out) {
-  hetab_audit_options o = hetab_audit_defaults(options);
+  hetab_audit_options o;
   hetab_audit *audit;
   *out = NULL;
+  HETAB_TRY(hetab_audit_options_take(ctx, options, &o));
   hetab_status status =
       hetab_audit_new(ctx, HETAB_AUDIT_SURFACE, hetab_surface_name(surface), &audit);
   if (status == HETAB_OK)

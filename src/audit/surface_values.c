@@ -84,7 +84,7 @@ hetab_status hetab_surface_values(hetab_context *ctx, hetab_engine *engine,
                                   char where[HETAB_WHERE]) {
   size_t bands = audit->channel_count;
   collector c = {.audit = audit, .precision = hetab_engine_precision(engine), .where = where};
-  hetab_tabulate_options options = {.samples = 0};
+  hetab_tabulate_options options = {.samples = HETAB_NO_SAMPLES};
   hetab_grid *grid = NULL;
   hetab_status status = HETAB_ERR_MEMORY;
   c.values = hetab_alloc(ctx, bands, sizeof *c.values);

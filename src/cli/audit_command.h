@@ -35,6 +35,5 @@ json_t *audit_json(const audit_report *report);
 
 /* One self-contained page. */
 void audit_html(FILE *stream, const audit_report *report);
-void audit_html_style(FILE *stream);
 
 #endif

@@ -197,7 +197,8 @@ static void plot_hemisphere(FILE *out, const hetab_audit_view *view) {
     peak = fmax(peak, isfinite(values[i]) ? (double)values[i] : 0);
   for (int i = 0; i < CELLS; i++) {
     double at = 1 + log10(fmax((double)values[i], 1e-300) / peak) / DECADES;
-    levels[i] = isfinite(values[i]) ? (unsigned char)(1 + fmax(0, at) * (SVG_LEVELS - 2)) : 0;
+    levels[i] =
+        isfinite(values[i]) ? (unsigned char)(1 + fmax(0, at) * (HETAB_PAGE_LEVELS - 2)) : 0;
   }
   snprintf(caption, sizeof caption, "theta_i %g\u00b0, peak %.3g / sr",
            hetab_degrees(view->theta_i), peak);
@@ -226,7 +227,7 @@ static void plot_error_map(FILE *out, const hetab_against *against) {
       double l1 = against->map[HETAB_ERROR_MAP - 1 - row][column];
       double at = fmin(1, fmax(0, 1 + log10(fmax(l1, 1e-9)) / 4));
       levels[row * HETAB_ERROR_MAP + column] =
-          isfinite(l1) ? (unsigned char)(1 + at * (SVG_LEVELS - 2)) : 0;
+          isfinite(l1) ? (unsigned char)(1 + at * (HETAB_PAGE_LEVELS - 2)) : 0;
     }
   svg_scale(out, "10<sup>-4</sup>", "1");
   fputs("<div class=\"maps\">", out);
@@ -290,7 +291,7 @@ static void write_checks(FILE *out, const hetab_audit *a) {
             "<div><span class=\"b %s\">%s</span><span>%s</span><span class=\"n\">%.4g</span><span "
             "class=\"d\">",
             verdict, verdict, c->name, c->value);
-    svg_text(out, c->detail);
+    hetab_page_text(out, c->detail);
     fputs("</span></div>", out);
   }
   fputs("</div>\n", out);
@@ -330,7 +331,7 @@ static void write_result(FILE *out, const audit_result *result) {
   const hetab_audit *a = result->audit;
   const char *verdict = hetab_verdict_name(hetab_audit_verdict(a));
   fputs("<section><h2>", out);
-  svg_text(out, result->input);
+  hetab_page_text(out, result->input);
   fprintf(out, " <span class=\"b %s\">%s</span></h2>\n", verdict, verdict);
   write_parameters(out, a);
   write_checks(out, a);
@@ -345,15 +346,10 @@ static void write_result(FILE *out, const audit_result *result) {
 void audit_html(FILE *out, const audit_report *report) {
   size_t counts[3];
   audit_worst(report, counts);
-  fputs("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
-        "content=\"width=device-width,initial-scale=1\"><title>hetab audit</title>\n<style>\n",
-        out);
-  audit_html_style(out);
-  fprintf(
-      out,
-      "</style></head><body><h1>hetab audit</h1><p>hetab %s: %zu pass, %zu warn, %zu fail</p>\n",
-      hetab_version(), counts[HETAB_PASS], counts[HETAB_WARN], counts[HETAB_FAIL]);
+  hetab_page_begin(out, "hetab audit", "hetab audit", "");
+  fprintf(out, "<p>hetab %s: %zu pass, %zu warn, %zu fail</p>\n", hetab_version(),
+          counts[HETAB_PASS], counts[HETAB_WARN], counts[HETAB_FAIL]);
   for (size_t i = 0; i < report->count; i++)
     write_result(out, &report->results[i]);
-  fputs("</body></html>\n", out);
+  hetab_page_end(out);
 }

@@ -1,24 +1,17 @@
 /* Audits as JSON. Keys are an interface: add, never rename. */
-#include <math.h>
-
 #include "core/angle.h"
 #include "audit_command.h"
 #include "output.h"
-
-/* JSON has no NaN. */
-static json_t *number(double value) {
-  return isfinite(value) ? json_real(value) : json_null();
-}
 
 static json_t *checks_json(const hetab_audit *a) {
   json_t *list = json_array();
   for (size_t i = 0; i < a->check_count; i++) {
     const hetab_check *c = &a->checks[i];
-    json_array_append_new(list,
-                          json_pack("{ss ss so so so so}", "name", c->name, "verdict",
-                                    hetab_verdict_name(c->verdict), "value", number(c->value),
-                                    "error", number(c->error), "threshold", number(c->threshold),
-                                    "detail", cli_json_text(c->detail)));
+    json_array_append_new(
+        list,
+        json_pack("{ss ss so so so so}", "name", c->name, "verdict", hetab_verdict_name(c->verdict),
+                  "value", cli_json_number(c->value), "error", cli_json_number(c->error),
+                  "threshold", cli_json_number(c->threshold), "detail", cli_json_text(c->detail)));
   }
   return list;
 }
@@ -34,18 +27,19 @@ static void add_energy(json_t *object, const hetab_audit *a, size_t channel) {
     const hetab_energy *e = &a->energy[channel * a->theta_count + t];
     const double values[7] = {e->dh, e->error, e->dd, e->specular, e->ud, e->fresnel, e->model};
     for (int i = 0; i < 7; i++)
-      json_array_append_new(lists[i], number(values[i]));
+      json_array_append_new(lists[i], cli_json_number(values[i]));
   }
 }
 
 static void add_band(json_t *object, const hetab_band_audit *b) {
-  json_object_update_new(
-      object, json_pack("{sf ss sf sf sf sf sf so so sf sf}", "a", b->a, "a_unit",
-                        b->a_is_brdf ? "1/sr" : "reflectance", "max_a_brdf", b->max_a_brdf,
-                        "max_a_reflectance", b->max_a_reflectance, "max_a_fresnel",
-                        b->max_a_fresnel, "rho_dh_if_brdf", b->dh_if_brdf, "rho_dh_if_reflectance",
-                        b->dh_if_reflectance, "min", number(b->min), "max", number(b->max),
-                        "specular_share", b->specular_share, "grazing", b->grazing));
+  json_object_update_new(object,
+                         json_pack("{sf ss sf sf sf sf sf so so sf sf}", "a", b->a, "a_unit",
+                                   b->a_is_brdf ? "1/sr" : "reflectance", "max_a_brdf",
+                                   b->max_a_brdf, "max_a_reflectance", b->max_a_reflectance,
+                                   "max_a_fresnel", b->max_a_fresnel, "rho_dh_if_brdf",
+                                   b->dh_if_brdf, "rho_dh_if_reflectance", b->dh_if_reflectance,
+                                   "min", cli_json_number(b->min), "max", cli_json_number(b->max),
+                                   "specular_share", b->specular_share, "grazing", b->grazing));
 }
 
 static json_t *channels_json(const hetab_audit *a) {
@@ -84,8 +78,8 @@ static json_t *cells_json(const hetab_cells *c) {
   return json_pack("{sI sI sI sI sI sI so so}", "total", (json_int_t)c->total, "nan",
                    (json_int_t)c->nan, "infinite", (json_int_t)c->infinite, "negative",
                    (json_int_t)c->negative, "invalid_above_horizon", (json_int_t)c->invalid_above,
-                   "valid_below_horizon", (json_int_t)c->valid_below, "min", number(c->min), "max",
-                   number(c->max));
+                   "valid_below_horizon", (json_int_t)c->valid_below, "min",
+                   cli_json_number(c->min), "max", cli_json_number(c->max));
 }
 
 static json_t *error_json(const hetab_table_error *e) {
@@ -128,7 +122,7 @@ static json_t *result_json(const audit_result *result) {
       symmetry_json(&a->reciprocity), "isotropy", symmetry_json(&a->isotropy), "bilateral",
       symmetry_json(&a->bilateral), "against", against_json(a->against));
   if (a->kind == HETAB_AUDIT_H5)
-    json_object_set_new(object, "separability", number(a->separability));
+    json_object_set_new(object, "separability", cli_json_number(a->separability));
   if (a->kind != HETAB_AUDIT_SURFACE) {
     json_object_set_new(object, "lookup", json_string(hetab_reading_name(a->lookup)));
     json_object_set_new(object, "bytes", json_integer((json_int_t)a->bytes));

@@ -14,6 +14,7 @@
 #include "core/context.h"
 #include "core/cpus.h"
 #include "progress.h"
+#include "signals.h"
 
 enum { MOST_WORKERS = 256 };
 

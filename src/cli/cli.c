@@ -1,36 +1,12 @@
 #include "cli.h"
 
 #include <errno.h>
-#include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "progress.h"
-
-static volatile sig_atomic_t pending_signal;
-
-static void note_signal(int signal) {
-  pending_signal = signal;
-}
-
-void cli_catch_signals(void) {
-  static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
-  for (size_t i = 0; i < sizeof signals / sizeof *signals; i++) {
-    struct sigaction action = {0}, old;
-    sigaction(signals[i], NULL, &old);
-    if (old.sa_handler == SIG_IGN) /* nohup, or a shell's background job: keep it so */
-      continue;
-    action.sa_handler = note_signal;
-    action.sa_flags = (int)SA_RESETHAND; /* and no SA_RESTART: a blocked read must return */
-    sigaction(signals[i], &action, NULL);
-  }
-  signal(SIGXFSZ, SIG_IGN); /* the write fails instead, and says so */
-}
-
-int cli_signal(void) {
-  return pending_signal;
-}
+#include "signals.h"
 
 /* One line on standard error, in one write. What fails because of an earlier failure stays silent:
  * there is never a second line. */
@@ -58,12 +34,13 @@ static void print_simple(const char *format, ...) {
 }
 
 static int fail_signal(void) {
-  print_simple("stopped by SIG%s", sigabbrev_np(pending_signal));
-  return 128 + pending_signal;
+  int number = cli_signal();
+  print_simple("stopped by SIG%s", sigabbrev_np(number));
+  return 128 + number;
 }
 
 int cli_fail(const char *format, ...) {
-  if (pending_signal)
+  if (cli_signal())
     return fail_signal();
   va_list args;
   va_start(args, format);

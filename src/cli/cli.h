@@ -1,4 +1,4 @@
-/* What every command of the program shares: commands, exit statuses, failures and signals. */
+/* What every command of the program shares: commands, exit statuses and failures. */
 #ifndef HETAB_CLI_H
 #define HETAB_CLI_H
 
@@ -27,11 +27,6 @@ int cli_fail_context(const hetab_context *ctx);
  */
 int cli_usage(const cli_command *self, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
-
-/* SIGINT, SIGTERM and SIGHUP raise a flag; the second one of a kind ends the program at once. */
-void cli_catch_signals(void);
-/* The signal that asked to stop; 0: none. */
-int cli_signal(void);
 
 /* A context whose outputs are kept back until cli_publish() and are never its inputs; NULL after
  * printing why not. */

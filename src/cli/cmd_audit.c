@@ -9,6 +9,7 @@
 #include "audit_command.h"
 #include "cli.h"
 #include "options.h"
+#include "numbers.h"
 #include "core/held_files.h"
 #include "output.h"
 #include "progress.h"

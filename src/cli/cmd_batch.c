@@ -22,6 +22,7 @@
 #include "options.h"
 #include "output.h"
 #include "plan_output.h"
+#include "signals.h"
 
 typedef struct batch_request {
   const char *scene, *folder, *shard;

@@ -6,6 +6,7 @@
 
 #include "cli.h"
 #include "options.h"
+#include "numbers.h"
 #include "output.h"
 #include "progress.h"
 
@@ -107,7 +108,7 @@ static json_t *row_json(const bench *b, const hetab_bench_row *row) {
 }
 
 static void print_row(bench *b, const hetab_bench_row *row) {
-  char speed[16], ratio[16], tolerance[16] = "-", max[16], p99[16], rms[16];
+  char speed[16], ratio[16], tolerance[16] = "-";
   if (b->rows++ == 0)
     printf("%-14s %-8s %-7s %9s %10s %10s %9s %8s %10s %9s %9s\n", "surface", "method", "prec.",
            "tolerance", "entries/s", "x literal", "of store", "of peak", "max error", "p99", "RMS");
@@ -115,12 +116,10 @@ static void print_row(bench *b, const hetab_bench_row *row) {
   cli_si(row->ratio_to_literal, ratio, sizeof ratio);
   if (row->tolerance > 0)
     snprintf(tolerance, sizeof tolerance, "%.0e", row->tolerance);
-  cli_error_text(&row->error, row->error.max_rel, max, sizeof max);
-  cli_error_text(&row->error, row->error.p99_rel, p99, sizeof p99);
-  cli_error_text(&row->error, row->error.rms_rel, rms, sizeof rms);
+  cli_errors errors = cli_error_texts(&row->error);
   printf("%-14s %-8s %-7s %9s %10s %10s %8.3g%% %7.3g%% %10s %9s %9s\n", b->label, row->method,
          row->precision, tolerance, speed, ratio, 100 * row->ratio_to_store,
-         100 * row->ratio_to_peak, max, p99, rms);
+         100 * row->ratio_to_peak, errors.max, errors.p99, errors.rms);
   fflush(stdout);
 }
 

@@ -8,6 +8,7 @@
 #include "cli.h"
 #include "options.h"
 #include "core/csv.h"
+#include "signals.h"
 
 /* A batch ends when it has that many rows, or that much text of passing columns. */
 enum { BATCH = 65536, BATCH_TEXT = 16 << 20 };

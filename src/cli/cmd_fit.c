@@ -7,6 +7,7 @@
 #include "fit_command.h"
 #include "fit_request.h"
 #include "options.h"
+#include "numbers.h"
 #include "output.h"
 #include "progress.h"
 

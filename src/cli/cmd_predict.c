@@ -7,6 +7,7 @@
 #include "core/angle.h"
 #include "cli.h"
 #include "options.h"
+#include "numbers.h"
 #include "core/held_files.h"
 #include "output.h"
 #include "predict_command.h"
@@ -38,14 +39,7 @@ typedef struct job {
 /* "LO:HI"; a usage error names the option. */
 static int parse_interval(const cli_command *self, const char *option, const char *text,
                           hetab_interval *out) {
-  char low[64] = "";
-  const char *colon = text ? strchr(text, ':') : NULL;
-  if (!text)
-    return -1;
-  if (colon && colon - text < (int)sizeof low)
-    memcpy(low, text, (size_t)(colon - text));
-  if (!colon || !cli_number(low, &out->low) || !cli_number(colon + 1, &out->high) ||
-      !(out->low > 0 && out->high >= out->low))
+  if (text && !(cli_interval(text, &out->low, &out->high) && out->low > 0))
     return cli_usage(self, "--%s: '%s' is no interval LO:HI of lengths in um", option, text);
   return -1;
 }
@@ -245,14 +239,6 @@ static json_t *bounds_json(double value, double low, double high) {
   return json_pack("{sf sf sf}", "value", value, "low", low, "high", high);
 }
 
-/* The doubles values[i * stride]. */
-static json_t *array_json(const double *values, size_t count, size_t stride) {
-  json_t *array = json_array();
-  for (size_t i = 0; i < count; i++)
-    json_array_append_new(array, json_real(values[i * stride]));
-  return array;
-}
-
 static json_t *degrees_json(const double *radians, size_t count) {
   json_t *array = json_array();
   for (size_t i = 0; i < count; i++)
@@ -264,9 +250,9 @@ static json_t *curve_json(const hetab_prediction *p, const hetab_prediction_curv
   enum { STRIDE = sizeof(hetab_bounds) / sizeof(double) };
   return json_pack("{sf sf sf so so so so}", "wavelength_nm", 1000 * c->lambda_um, "theta_i_deg",
                    hetab_degrees(c->theta_i), "peak_theta_r_deg", hetab_degrees(c->peak), "f",
-                   array_json(&c->f->nominal, p->theta_r_count, STRIDE), "low",
-                   array_json(&c->f->low, p->theta_r_count, STRIDE), "high",
-                   array_json(&c->f->high, p->theta_r_count, STRIDE), "rho_s",
+                   cli_json_numbers(&c->f->nominal, p->theta_r_count, STRIDE), "low",
+                   cli_json_numbers(&c->f->low, p->theta_r_count, STRIDE), "high",
+                   cli_json_numbers(&c->f->high, p->theta_r_count, STRIDE), "rho_s",
                    bounds_json(c->specular.nominal, c->specular.low, c->specular.high));
 }
 
@@ -275,8 +261,8 @@ static json_t *count_json(const hetab_prediction_count *count) {
   return json_pack("{sI sI sI sI so so}", "points", (json_int_t)count->points, "within",
                    (json_int_t)count->within, "below", (json_int_t)count->below, "above",
                    (json_int_t)count->above, "fraction_within",
-                   points > 0 ? json_real((double)count->within / points) : json_null(), "bias",
-                   points > 0 ? json_real(count->bias) : json_null());
+                   cli_json_number((double)count->within / points), "bias",
+                   cli_json_number(points > 0.0 ? count->bias : (double)NAN));
 }
 
 static json_t *point_json(const hetab_prediction *p, const hetab_predicted_point *point) {

@@ -7,6 +7,7 @@
 
 #include "cli.h"
 #include "options.h"
+#include "numbers.h"
 #include "core/held_files.h"
 #include "output.h"
 #include "progress.h"
@@ -78,7 +79,8 @@ static int write_index(roughness_job *job) {
 /* ---- scans --------------------------------------------------------------------------------- */
 
 static int load_scans(roughness_job *job, char **paths, size_t count) {
-  hetab_heights_options options = {job->request->spacing_um, job->request->unit,
+  hetab_heights_options options = {.spacing_um = job->request->spacing_um,
+                                   .unit = job->request->unit,
                                    job->request->resample_um};
   job->heights = calloc(count, sizeof *job->heights);
   if (!job->heights)

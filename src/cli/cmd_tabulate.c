@@ -4,6 +4,7 @@
 
 #include "cli.h"
 #include "core/angle.h"
+#include "numbers.h"
 #include "output.h"
 #include "progress.h"
 #include "tabulate_job.h"
@@ -42,13 +43,17 @@ static int plan_bands(const cli_command *self, tabulate_job *job) {
   return -1;
 }
 
+static size_t sample_count(const tabulate_request *r) {
+  return r->samples ? r->samples : HETAB_NO_SAMPLES;
+}
+
 static int plan_merl(const cli_command *self, tabulate_job *job) {
   const tabulate_request *r = job->request;
   hetab_merl_options *o = &job->merl;
   *o = (hetab_merl_options){.sampling = (hetab_merl_sampling)r->sampling,
                             .colour = (hetab_merl_colour)r->colour,
                             .specular_cone = hetab_radians(r->cone_deg),
-                            .samples = r->samples,
+                            .samples = sample_count(r),
                             .seed = (unsigned)r->seed};
   static const size_t needed[] = {
       [HETAB_MERL_SRGB] = 0, [HETAB_MERL_MONO] = 1, [HETAB_MERL_BANDS] = 3};
@@ -110,7 +115,7 @@ static void plan_engine(tabulate_job *job) {
                                        .precision = precision,
                                        .method = (hetab_method)r->method,
                                        .tolerance = r->tolerance};
-  job->sample = (hetab_tabulate_options){.samples = r->samples, .seed = (unsigned)r->seed};
+  job->sample = (hetab_tabulate_options){.samples = sample_count(r), .seed = (unsigned)r->seed};
   job->h5 = (hetab_h5_options){.element = r->element < 0 ? precision : (hetab_precision)r->element,
                                .compression = (int)r->compression};
 }

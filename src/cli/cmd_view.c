@@ -6,8 +6,10 @@
 
 #include "cli.h"
 #include "options.h"
+#include "numbers.h"
 #include "output.h"
 #include "progress.h"
+#include "signals.h"
 
 typedef struct request {
   const char *input, *output, *theta_i, *wavelength, *device;

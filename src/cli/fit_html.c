@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "core/angle.h"
-#include "audit_command.h"
 #include "fit_command.h"
 #include "svg.h"
 
@@ -228,7 +227,7 @@ static void find_range(const page *p, const view *v, double theta_i, double rang
 
 static unsigned char level_of(double value, const double range[2]) {
   double at = log(fmax(value, range[0]) / range[0]) / log(range[1] / range[0]);
-  return (unsigned char)(1 + fmin(1, at) * (SVG_LEVELS - 2));
+  return (unsigned char)(1 + fmin(1, at) * (HETAB_PAGE_LEVELS - 2));
 }
 
 static void plot_disc(const page *p, const view *v, const long *pairs, const double range[2],
@@ -401,7 +400,7 @@ static void write_estimates(const page *p, const hetab_fit *fit) {
   fputs("</table></div>\n", p->out);
   for (size_t i = 0; i < fit->note_count; i++) {
     fputs("<p>", p->out);
-    svg_text(p->out, fit->notes[i]);
+    hetab_page_text(p->out, fit->notes[i]);
     fputs("</p>\n", p->out);
   }
 }
@@ -424,17 +423,13 @@ static void write_fits(const page *p) {
 /* ---- the page ------------------------------------------------------------------------------ */
 
 static void write_page(const page *p) {
-  fputs("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
-        "content=\"width=device-width,initial-scale=1\"><title>hetab fit</title>\n<style>\n",
-        p->out);
-  audit_html_style(p->out);
-  fputs("</style></head><body><h1>Fit to ", p->out);
-  svg_text(p->out, hetab_measurements_name(p->report->measurements));
-  fprintf(p->out, "</h1><p>hetab %s, %s</p>\n", hetab_version(), p->report->device);
+  hetab_page_begin(p->out, "hetab fit", "Fit to ",
+                   hetab_measurements_name(p->report->measurements));
+  fprintf(p->out, "<p>hetab %s, %s</p>\n", hetab_version(), p->report->device);
   write_fits(p);
   for (size_t i = 0; i < p->view_count; i++)
     write_view(p, &p->views[i]);
-  fputs("</body></html>\n", p->out);
+  hetab_page_end(p->out);
 }
 
 hetab_status fit_html(hetab_context *ctx, FILE *stream, const fit_report *report) {

@@ -1,22 +1,16 @@
 /* Fits as JSON. */
-#include <math.h>
-
 #include "core/angle.h"
 #include "fit_command.h"
 #include "output.h"
 
-/* null for what is no number. */
-static json_t *number(double value) {
-  return isfinite(value) ? json_real(value) : json_null();
-}
-
 static json_t *estimate_json(const hetab_fit_estimate *e) {
-  return json_pack(
-      "{ss so sf so so so so sf ss sb}", "quantity", hetab_fit_quantity_name(e->quantity),
-      "wavelength_nm", e->lambda_um > 0 ? json_real(1e3 * e->lambda_um) : json_null(), "value",
-      e->value, "low", number(e->low), "high", number(e->high), "bootstrap_low",
-      number(e->bootstrap_low), "bootstrap_high", number(e->bootstrap_high), "unconstrained",
-      e->wanted, "end", hetab_fit_end_name(e->end), "determined", !e->undetermined);
+  return json_pack("{ss so sf so so so so sf ss sb}", "quantity",
+                   hetab_fit_quantity_name(e->quantity), "wavelength_nm",
+                   e->lambda_um > 0 ? json_real(1e3 * e->lambda_um) : json_null(), "value",
+                   e->value, "low", cli_json_number(e->low), "high", cli_json_number(e->high),
+                   "bootstrap_low", cli_json_number(e->bootstrap_low), "bootstrap_high",
+                   cli_json_number(e->bootstrap_high), "unconstrained", e->wanted, "end",
+                   hetab_fit_end_name(e->end), "determined", !e->undetermined);
 }
 
 static json_t *incidence_json(const hetab_fit_incidence *i) {
@@ -37,7 +31,7 @@ static json_t *incidence_json(const hetab_fit_incidence *i) {
   json_t *incidence = json_pack("{sf sI}", "theta_i_deg", hetab_degrees(i->theta_i), "values",
                                 (json_int_t)i->values);
   for (size_t f = 0; f < sizeof fields / sizeof *fields; f++)
-    json_object_set_new(incidence, fields[f].name, number(fields[f].value));
+    json_object_set_new(incidence, fields[f].name, cli_json_number(fields[f].value));
   return incidence;
 }
 
@@ -50,8 +44,9 @@ static json_t *start_json(const hetab_fit_start *s) {
     if (s->end[q] > 0)
       json_object_set_new(end, name, json_real(s->end[q]));
   }
-  return json_pack("{so so so sb sb sb}", "start", start, "end", end, "error", number(s->error),
-                   "feasible", s->feasible, "best", s->best, "probe", s->probe);
+  return json_pack("{so so so sb sb sb}", "start", start, "end", end, "error",
+                   cli_json_number(s->error), "feasible", s->feasible, "best", s->best, "probe",
+                   s->probe);
 }
 
 /* The unknowns' places in estimates, and the matrix. */

@@ -6,6 +6,7 @@
 
 #include "core/angle.h"
 #include "fit_request.h"
+#include "numbers.h"
 #include "core/held_files.h"
 #include "output.h"
 
@@ -39,16 +40,12 @@ static int parse_free(const cli_command *self, fit_request *r) {
 
 /* "slope=0.01:0.5" */
 static int parse_bounds(const cli_command *self, fit_request *r, const char *text) {
-  char low[64], high[64];
   double bounds[2];
   size_t length = strcspn(text, "=");
   int q = quantity_of(text, length);
-  const char *colon = strchr(text, ':');
-  if (q == HETAB_FIT_QUANTITIES || !text[length] || !colon)
+  if (q == HETAB_FIT_QUANTITIES || !strchr(text + length, ':'))
     return cli_usage(self, "--bounds: '%s' is not NAME=LOW:HIGH with a name of --free", text);
-  snprintf(low, sizeof low, "%.*s", (int)(colon - text - (ptrdiff_t)length - 1), text + length + 1);
-  snprintf(high, sizeof high, "%s", colon + 1);
-  if (!cli_number(low, &bounds[0]) || !cli_number(high, &bounds[1]) || bounds[0] >= bounds[1] ||
+  if (!cli_interval(text + length + 1, &bounds[0], &bounds[1]) || bounds[0] == bounds[1] ||
       bounds[0] < 0)
     return cli_usage(self, "--bounds: '%s': give two numbers, the lower one first", text);
   if (!r->options.parameters[q].free)

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "cli.h"
+#include "signals.h"
 
 static const cli_command *const commands[] = {
     &cli_tabulate,  &cli_plan,    &cli_batch,    &cli_convert,     &cli_view,

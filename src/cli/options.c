@@ -1,66 +1,17 @@
 #include "options.h"
 
-#include <ctype.h>
-#include <errno.h>
 #include <getopt.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "numbers.h"
+
 enum { HELP_COLUMN = 28, WIDTH = 80 };
 
 /* getopt's codes for options: their place in the table, out of the way of letters. */
 enum { CODE_BASE = 1000, CODE_HELP = CODE_BASE + CLI_MAX_OPTIONS };
-
-int cli_number(const char *text, double *value) {
-  while (isspace((unsigned char)*text))
-    text++;
-  size_t length = strspn(text, "+-.0123456789eE"); /* no hexadecimal, no "nan", no "inf" */
-  char *end;
-  double number = strtod(text, &end);
-  if (length == 0 || end != text + length || !isfinite(number))
-    return 0;
-  while (isspace((unsigned char)*end))
-    end++;
-  if (*end)
-    return 0;
-  *value = number;
-  return 1;
-}
-
-int cli_constant_index(const char *text, double *n, double *k) {
-  const char *comma = strchr(text, ',');
-  int named = strncmp(text, "n=", 2) == 0;
-  char first[64];
-  if (!named && (!comma || strchr(text, '/')))
-    return 0;
-  const char *start = named ? text + 2 : text;
-  int length = comma ? (int)(comma - start) : (int)strlen(start);
-  snprintf(first, sizeof first, "%.*s", length < 0 ? 0 : length, start);
-  *k = 0;
-  if (!cli_number(first, n))
-    return -1;
-  if (!comma)
-    return 1;
-  comma += named && strncmp(comma + 1, "k=", 2) == 0 ? 3 : 1;
-  return cli_number(comma, k) ? 1 : -1;
-}
-
-size_t cli_wavelength_list(const char *text, double *lambda_um, size_t max) {
-  char field[64];
-  for (size_t count = 0; count < max; count++) {
-    size_t length = strcspn(text, ",");
-    snprintf(field, sizeof field, "%.*s", (int)(length < sizeof field ? length : 0), text);
-    if (!cli_number(field, &lambda_um[count]) || lambda_um[count] <= 0)
-      return 0;
-    lambda_um[count] /= 1000;
-    if (!text[length])
-      return count + 1;
-    text += length + 1;
-  }
-  return 0;
-}
 
 /* ---- help ---------------------------------------------------------------------------------- */
 

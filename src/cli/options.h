@@ -37,16 +37,6 @@ typedef struct cli_option {
 int cli_parse_options(const cli_command *self, const cli_option *options, int argc, char **argv,
                       int *first);
 
-/* A finite decimal number that is the whole text (spaces around it allowed). Returns 0 if not. */
-int cli_number(const char *text, double *value);
-
-/* "n=1.5", "n=1.5,k=0.1" or "1.5,0.1": 1; another text: 0; malformed: -1. */
-int cli_constant_index(const char *text, double *n, double *k);
-
-/* "550" or "600,550,450" (nm) to um: the count, or 0 if malformed, not positive or more than max.
- */
-size_t cli_wavelength_list(const char *text, double *lambda_um, size_t max);
-
 /* Text after `indent` columns, wrapped at 80; a newline starts a new line. */
 void cli_print_wrapped(const char *text, int indent, int column);
 

@@ -42,26 +42,6 @@ void cli_text_free(cli_text *text) {
   *text = (cli_text){0};
 }
 
-/* ---- numbers ------------------------------------------------------------------------------- */
-
-void cli_si(double value, char *text, size_t size) {
-  static const char *const prefixes[] = {"", " k", " M", " G", " T", " P"};
-  int power = 0;
-  while (fabs(value) >= 999.5 && power < 5) {
-    value /= 1000;
-    power++;
-  }
-  int decimals = power == 0 && value == floor(value) ? 0 : value < 9.995 ? 2 : value < 99.95;
-  snprintf(text, size, "%.*f%s", decimals, value, prefixes[power]);
-}
-
-void cli_error_text(const hetab_error_stats *error, double value, char *text, size_t size) {
-  if (error->compared)
-    snprintf(text, size, "%.1e", value);
-  else
-    snprintf(text, size, "-");
-}
-
 /* ---- JSON ---------------------------------------------------------------------------------- */
 
 json_t *cli_json_text(const char *text) {
@@ -75,6 +55,17 @@ json_t *cli_json_text(const char *text) {
   json = json_string(copy);
   free(copy);
   return json;
+}
+
+json_t *cli_json_number(double value) {
+  return isfinite(value) ? json_real(value) : json_null();
+}
+
+json_t *cli_json_numbers(const double *values, size_t count, size_t stride) {
+  json_t *list = json_array();
+  for (size_t i = 0; i < count; i++)
+    json_array_append_new(list, cli_json_number(values[i * stride]));
+  return list;
 }
 
 json_t *cli_json_error(const hetab_error_stats *error) {

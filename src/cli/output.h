@@ -22,13 +22,12 @@ int cli_text_begin(cli_text *text);
 int cli_text_save(cli_text *text, hetab_context *ctx, const char *path, int overwrite);
 void cli_text_free(cli_text *text); /* fine after save, and on a zeroed one */
 
-/* "1.23 G", "45.0 k", "0": three digits and an SI prefix. */
-void cli_si(double value, char *text, size_t size);
-/* "1.2e-06", or "-" if nothing was compared. */
-void cli_error_text(const hetab_error_stats *error, double value, char *text, size_t size);
-
 /* A JSON string, whatever the bytes; control and non-UTF-8 bytes become '?'. */
 json_t *cli_json_text(const char *text);
+/* JSON has no NaN: null for what is not finite. */
+json_t *cli_json_number(double value);
+/* The list of values[i * stride]. */
+json_t *cli_json_numbers(const double *values, size_t count, size_t stride);
 /* {samples, compared, max_rel, p99_rel, rms_rel, max_abs_below_floor, bad}; null without samples.
  */
 json_t *cli_json_error(const hetab_error_stats *error);

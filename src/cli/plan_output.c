@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "cli.h"
+#include "numbers.h"
 #include "output.h"
 
 static const char *const kinds[] = {"table", "shared", "mirror", "plain"};

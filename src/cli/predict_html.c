@@ -3,7 +3,6 @@
 #include <string.h>
 
 #include "core/angle.h"
-#include "audit_command.h"
 #include "predict_command.h"
 #include "svg.h"
 
@@ -150,7 +149,7 @@ static void write_counts(FILE *out, const predict_report *r) {
   write_count(out, "incidence plane", &r->prediction->plane);
   write_count(out, "hemisphere", &r->prediction->hemisphere);
   fputs("</table></div><p>", out);
-  svg_text(out, hetab_measurements_name(r->measurements));
+  hetab_page_text(out, hetab_measurements_name(r->measurements));
   if (r->accuracy > 0)
     fprintf(out, "; a measured value counts as within if it is so for an error of %.3g %%",
             100 * r->accuracy);
@@ -185,13 +184,8 @@ static void write_interval(FILE *out, const char *name, double value, hetab_inte
 
 void predict_html(FILE *out, const predict_report *r) {
   const hetab_prediction *p = r->prediction;
-  fputs("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
-        "content=\"width=device-width,initial-scale=1\"><title>hetab predict</title>\n<style>\n",
-        out);
-  audit_html_style(out);
-  fputs("</style></head><body><h1>Predicted BRDF of ", out);
-  svg_text(out, hetab_surface_name(r->surface));
-  fputs("</h1><p>", out);
+  hetab_page_begin(out, "hetab predict", "Predicted BRDF of ", hetab_surface_name(r->surface));
+  fputs("<p>", out);
   write_interval(out, "sigma0", hetab_surface_sigma0_um(r->surface), p->bounds.sigma0_um);
   write_interval(out, ", tau", hetab_surface_tau_um(r->surface), p->bounds.tau_um);
   fprintf(out,
@@ -203,5 +197,5 @@ void predict_html(FILE *out, const predict_report *r) {
   for (size_t w = 0; w < r->lambda_count; w++)
     write_wavelength(out, r, w);
   write_curves(out, r);
-  fputs("</body></html>\n", out);
+  hetab_page_end(out);
 }

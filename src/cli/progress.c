@@ -7,9 +7,9 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include "cli.h"
 #include "core/clock.h"
-#include "output.h"
+#include "numbers.h"
+#include "signals.h"
 
 enum { BAR_CELLS = 24 };
 static const double redraw_seconds = 0.1;

@@ -3,7 +3,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "audit_command.h"
 #include "roughness_command.h"
 #include "svg.h"
 
@@ -11,12 +10,6 @@ static const char raw_stroke[] = "stroke:var(--c0)";
 static const char small_stroke[] = "stroke:var(--c1)";
 static const char gaussian_stroke[] = "stroke:var(--law);stroke-dasharray:5 4;stroke-width:1.2";
 static const char exponential_stroke[] = "stroke:var(--c2);stroke-dasharray:2 3;stroke-width:1.4";
-
-static void key(FILE *out, const char *stroke, const char *text) {
-  const char *colour = strchr(stroke, ':') + 1;
-  fprintf(out, "<span><i style=\"border-color:%.*s\"></i>%s</span>", (int)strcspn(colour, ";"),
-          colour, text);
-}
 
 /* ---- the scan in two ----------------------------------------------------------------------- */
 
@@ -161,7 +154,7 @@ _Static_assert(sizeof(hetab_cutoff_trial) % sizeof(double) == 0, "read with a st
 
 static void table_row(FILE *out, const char *name, const double values[ROUGHNESS_FIELDS]) {
   fputs("<tr><td>", out);
-  svg_text(out, name);
+  hetab_page_text(out, name);
   fputs("</td>", out);
   for (int f = 0; f < ROUGHNESS_FIELDS; f++)
     fprintf(out, "<td>%.4g</td>", values[f]);
@@ -202,7 +195,7 @@ static void write_notes(FILE *out, const hetab_roughness *r) {
   fputs("<ul>", out);
   for (size_t i = 0; i < r->note_count; i++) {
     fputs("<li>", out);
-    svg_text(out, r->notes[i]);
+    hetab_page_text(out, r->notes[i]);
     fputs("</li>\n", out);
   }
   fputs("</ul>\n", out);
@@ -219,21 +212,18 @@ static void write_plots(FILE *out, const hetab_roughness *r) {
   if (r->cutoff_scan.count)
     plot_cutoffs(out, r);
   fputs("</div><div class=\"key\">", out);
-  key(out, raw_stroke, "unfiltered");
+  svg_key(out, raw_stroke, "unfiltered");
   if (r->small.count)
-    key(out, small_stroke, "small scale");
-  key(out, gaussian_stroke, "normal, Gaussian exp(-(r/tau)<sup>2</sup>)");
-  key(out, exponential_stroke, "exponential exp(-r/tau)");
+    svg_key(out, small_stroke, "small scale");
+  svg_key(out, gaussian_stroke, "normal, Gaussian exp(-(r/tau)\u00b2)");
+  svg_key(out, exponential_stroke, "exponential exp(-r/tau)");
   fputs("</div>\n", out);
 }
 
 void roughness_html(FILE *out, const hetab_roughness *r) {
-  fputs("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
-        "content=\"width=device-width,initial-scale=1\"><title>hetab roughness</title>\n<style>\n",
-        out);
-  audit_html_style(out);
-  fprintf(out, "</style></head><body><h1>hetab roughness</h1><p>hetab %s: %zu scan%s</p>\n",
-          hetab_version(), r->count, r->count == 1 ? "" : "s");
+  hetab_page_begin(out, "hetab roughness", "hetab roughness", "");
+  fprintf(out, "<p>hetab %s: %zu scan%s</p>\n", hetab_version(), r->count,
+          r->count == 1 ? "" : "s");
   write_notes(out, r);
   write_plots(out, r);
   fputs("<h2>Unfiltered, levelled</h2>", out);
@@ -242,5 +232,5 @@ void roughness_html(FILE *out, const hetab_roughness *r) {
     fprintf(out, "<h2>Small scale, cut-off %.4g \u00b5m</h2>", r->cutoff_um);
     write_component(out, r, &r->small);
   }
-  fputs("</body></html>\n", out);
+  hetab_page_end(out);
 }

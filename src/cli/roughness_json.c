@@ -4,30 +4,20 @@
 #include "output.h"
 #include "roughness_command.h"
 
-/* JSON has no NaN. */
-static json_t *number(double value) {
-  return isfinite(value) ? json_real(value) : json_null();
-}
-
-static json_t *numbers(const double *values, size_t count) {
-  json_t *list = json_array();
-  for (size_t i = 0; i < count; i++)
-    json_array_append_new(list, number(values[i]));
-  return list;
-}
-
 static json_t *scan_json(const hetab_scan_statistics *s) {
   json_t *json = json_pack("{sI sI sf}", "scan", (json_int_t)s->scan, "points",
                            (json_int_t)s->points, "length_um", s->length_um);
   for (int f = 0; f < ROUGHNESS_FIELDS; f++) {
     hetab_estimate e = roughness_estimate(s, f);
-    json_object_set_new(json, roughness_fields[f].name,
-                        json_pack("{so so}", "value", number(e.value), "error", number(e.error)));
+    json_object_set_new(
+        json, roughness_fields[f].name,
+        json_pack("{so so}", "value", cli_json_number(e.value), "error", cli_json_number(e.error)));
   }
-  json_object_update_new(json, json_pack("{so so so so}", "independent", number(s->independent),
-                                         "normal_distance", number(s->normal_distance),
-                                         "misfit_gaussian", number(s->misfit_gaussian),
-                                         "misfit_exponential", number(s->misfit_exponential)));
+  json_object_update_new(json,
+                         json_pack("{so so so so}", "independent", cli_json_number(s->independent),
+                                   "normal_distance", cli_json_number(s->normal_distance),
+                                   "misfit_gaussian", cli_json_number(s->misfit_gaussian),
+                                   "misfit_exponential", cli_json_number(s->misfit_exponential)));
   return json;
 }
 
@@ -38,19 +28,22 @@ static json_t *component_json(const hetab_component *c) {
   for (int f = 0; f < ROUGHNESS_FIELDS; f++) {
     hetab_average a = roughness_average(c, f);
     json_object_set_new(json, roughness_fields[f].name,
-                        json_pack("{so so so s[oo]}", "average", number(a.mean), "deviation",
-                                  number(a.deviation), "error", number(a.error), "interval",
-                                  number(a.low), number(a.high)));
+                        json_pack("{so so so s[oo]}", "average", cli_json_number(a.mean),
+                                  "deviation", cli_json_number(a.deviation), "error",
+                                  cli_json_number(a.error), "interval", cli_json_number(a.low),
+                                  cli_json_number(a.high)));
   }
   for (size_t i = 0; i < c->count; i++)
     json_array_append_new(scans, scan_json(&c->scans[i]));
   json_object_update_new(
-      json, json_pack("{so so so so so so so so}", "non_uniformity", number(c->non_uniformity),
-                      "normal_distance", number(c->normal_distance), "misfit_gaussian",
-                      number(c->misfit_gaussian), "misfit_exponential",
-                      number(c->misfit_exponential), "lag_step_um", number(c->lag_step_um),
-                      "correlation", numbers(c->correlation, HETAB_CORRELATION_LAGS), "histogram",
-                      numbers(c->histogram, HETAB_HISTOGRAM_BINS), "scans", scans));
+      json,
+      json_pack("{so so so so so so so so}", "non_uniformity", cli_json_number(c->non_uniformity),
+                "normal_distance", cli_json_number(c->normal_distance), "misfit_gaussian",
+                cli_json_number(c->misfit_gaussian), "misfit_exponential",
+                cli_json_number(c->misfit_exponential), "lag_step_um",
+                cli_json_number(c->lag_step_um), "correlation",
+                cli_json_numbers(c->correlation, HETAB_CORRELATION_LAGS, 1), "histogram",
+                cli_json_numbers(c->histogram, HETAB_HISTOGRAM_BINS, 1), "scans", scans));
   return json;
 }
 
@@ -74,23 +67,25 @@ static json_t *cutoffs_json(const hetab_cutoff_scan *s) {
     const hetab_cutoff_trial *t = &s->trials[i];
     json_array_append_new(trials,
                           json_pack("{sf so so so so}", "cutoff_um", t->cutoff_um, "sigma_um",
-                                    number(t->sigma_um), "tau_um", number(t->tau_um), "slope",
-                                    number(t->slope), "smooth", number(t->smooth)));
+                                    cli_json_number(t->sigma_um), "tau_um",
+                                    cli_json_number(t->tau_um), "slope", cli_json_number(t->slope),
+                                    "smooth", cli_json_number(t->smooth)));
   }
-  return json_pack("{so so so so sb}", "trials", trials, "sigma_um", numbers(s->sigma_um, 2),
-                   "tau_um", numbers(s->tau_um, 2), "misfit", number(s->misfit), "from_fit",
-                   s->from_fit);
+  return json_pack("{so so so so sb}", "trials", trials, "sigma_um",
+                   cli_json_numbers(s->sigma_um, 2, 1), "tau_um", cli_json_numbers(s->tau_um, 2, 1),
+                   "misfit", cli_json_number(s->misfit), "from_fit", s->from_fit);
 }
 
 json_t *roughness_json(const hetab_roughness *r) {
   json_t *notes = json_array();
   for (size_t i = 0; i < r->note_count; i++)
     json_array_append_new(notes, cli_json_text(r->notes[i]));
-  return json_pack(
-      "{ss so so so so so so so}", "version", hetab_version(), "scans", sources_json(r),
-      "cutoff_um", r->small.count ? json_real(r->cutoff_um) : json_null(), "raw",
-      component_json(&r->raw), "small", component_json(&r->small), "cutoff_scan",
-      cutoffs_json(&r->cutoff_scan), "curvature_um", number(r->curvature_um), "notes", notes);
+  return json_pack("{ss so so so so so so so}", "version", hetab_version(), "scans",
+                   sources_json(r), "cutoff_um",
+                   r->small.count ? json_real(r->cutoff_um) : json_null(), "raw",
+                   component_json(&r->raw), "small", component_json(&r->small), "cutoff_scan",
+                   cutoffs_json(&r->cutoff_scan), "curvature_um", cli_json_number(r->curvature_um),
+                   "notes", notes);
 }
 
 json_t *roughness_published_json(const hetab_published *p) {
@@ -103,8 +98,9 @@ json_t *roughness_published_json(const hetab_published *p) {
     for (int k = 0; k < 3; k++)
       json_object_set_new(
           column, names[k],
-          json_pack("{so so so}", "value", number(values[k]), "stated", number(c->stated[k]),
-                    "agrees", isnan(c->stated[k]) ? json_null() : json_boolean(c->agrees[k])));
+          json_pack("{so so so}", "value", cli_json_number(values[k]), "stated",
+                    cli_json_number(c->stated[k]), "agrees",
+                    isnan(c->stated[k]) ? json_null() : json_boolean(c->agrees[k])));
     json_array_append_new(columns, column);
   }
   return json_pack("{ss sI so}", "version", hetab_version(), "rows", (json_int_t)p->rows, "columns",

@@ -9,20 +9,6 @@
 enum { LEFT = 54, RIGHT = 12, TOP = 10, BOTTOM = 42 };
 enum { INNER_WIDTH = SVG_WIDTH - LEFT - RIGHT, INNER_HEIGHT = SVG_HEIGHT - TOP - BOTTOM };
 
-void svg_text(FILE *stream, const char *text) {
-  for (; *text; text++) {
-    const char *escaped = *text == '<'   ? "&lt;"
-                          : *text == '>' ? "&gt;"
-                          : *text == '&' ? "&amp;"
-                          : *text == '"' ? "&quot;"
-                                         : NULL;
-    if (escaped)
-      fputs(escaped, stream);
-    else
-      putc(*text, stream);
-  }
-}
-
 double svg_step(double range) {
   double rough = range / 5, power = pow(10, floor(log10(rough)));
   double mantissa = rough / power;
@@ -31,10 +17,10 @@ double svg_step(double range) {
 
 static void begin_figure(FILE *stream, const char *caption, int width, int height) {
   fputs("<figure><figcaption>", stream);
-  svg_text(stream, caption);
+  hetab_page_text(stream, caption);
   fprintf(stream, "</figcaption><svg viewBox=\"0 0 %d %d\" role=\"img\" aria-label=\"", width,
           height);
-  svg_text(stream, caption);
+  hetab_page_text(stream, caption);
   fputs("\">", stream);
 }
 
@@ -104,11 +90,11 @@ void svg_begin(const svg_plot *p, const char *caption) {
   draw_ticks(p);
   fprintf(p->stream, "<text x=\"%d\" y=\"%d\" text-anchor=\"middle\">", LEFT + INNER_WIDTH / 2,
           SVG_HEIGHT - 8);
-  svg_text(p->stream, p->x.label);
+  hetab_page_text(p->stream, p->x.label);
   fprintf(p->stream,
           "</text><text transform=\"translate(13 %d) rotate(-90)\" text-anchor=\"middle\">",
           TOP + INNER_HEIGHT / 2);
-  svg_text(p->stream, p->y.label);
+  hetab_page_text(p->stream, p->y.label);
   fprintf(p->stream,
           "</text><svg x=\"%d\" y=\"%d\" width=\"%d\" height=\"%d\" viewBox=\"%d %d %d %d\">", LEFT,
           TOP, INNER_WIDTH, INNER_HEIGHT, LEFT, TOP, INNER_WIDTH, INNER_HEIGHT);
@@ -122,7 +108,7 @@ void svg_end(const svg_plot *p) {
 
 static void end_line(FILE *stream, const char *style, const char *title) {
   fprintf(stream, "\" style=\"%s\"><title>", style);
-  svg_text(stream, title);
+  hetab_page_text(stream, title);
   fputs("</title></path>", stream);
 }
 
@@ -170,7 +156,7 @@ void svg_point(const svg_plot *p, double x, double y, double radius, const char 
     return;
   fprintf(p->stream, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"%.1f\" style=\"%s\"><title>", at_x, at_y,
           radius, style);
-  svg_text(p->stream, title);
+  hetab_page_text(p->stream, title);
   fputs("</title></circle>", p->stream);
 }
 
@@ -251,14 +237,14 @@ void svg_map(FILE *stream, const unsigned char *levels, int rows, int columns, c
           "<svg x=\"%d\" y=\"0\" width=\"%d\" height=\"%d\" viewBox=\"0 0 %d %d\" "
           "shape-rendering=\"crispEdges\">",
           EDGE, SIDE, SIDE, columns, rows);
-  for (int level = 0; level < SVG_LEVELS; level++)
+  for (int level = 0; level < HETAB_PAGE_LEVELS; level++)
     draw_level(stream, levels, rows, columns, level);
   fprintf(stream, "</svg><text x=\"%d\" y=\"%d\" text-anchor=\"middle\">", EDGE + SIDE / 2,
           SIDE + 17);
-  svg_text(stream, bottom);
+  hetab_page_text(stream, bottom);
   fprintf(stream, "</text><text transform=\"translate(15 %d) rotate(-90)\" text-anchor=\"middle\">",
           SIDE / 2);
-  svg_text(stream, left);
+  hetab_page_text(stream, left);
   fputs("</text></svg></figure>\n", stream);
 }
 
@@ -283,7 +269,7 @@ void svg_disc(FILE *stream, const unsigned char *levels, int side, const char *c
           "<svg x=\"%d\" y=\"%d\" width=\"%d\" height=\"%d\" viewBox=\"0 0 %d %d\" "
           "shape-rendering=\"crispEdges\">",
           DISC_EDGE, DISC_EDGE, DISC, DISC, side, side);
-  for (int level = 0; level < SVG_LEVELS; level++)
+  for (int level = 0; level < HETAB_PAGE_LEVELS; level++)
     draw_level(stream, levels, side, side, level);
   fputs("</svg>", stream);
   draw_polar_grid(stream);
@@ -301,14 +287,15 @@ void svg_scale(FILE *stream, const char *low, const char *high) {
   fprintf(
       stream,
       "<div class=\"scale\"><span>%s</span><svg viewBox=\"0 0 %d 1\" preserveAspectRatio=\"none\">",
-      low, SVG_LEVELS - 1);
-  for (int level = 1; level < SVG_LEVELS; level++)
+      low, HETAB_PAGE_LEVELS - 1);
+  for (int level = 1; level < HETAB_PAGE_LEVELS; level++)
     fprintf(stream, "<path class=\"m%d\" d=\"M%d 0h1v1h-1z\"/>", level, level - 1);
   fprintf(stream, "</svg><span>%s</span></div>", high);
 }
 
 void svg_key(FILE *stream, const char *stroke, const char *text) {
-  fprintf(stream, "<span><i style=\"border-color:%s\"></i>", strchr(stroke, ':') + 1);
-  svg_text(stream, text);
+  const char *colour = strchr(stroke, ':') + 1;
+  fprintf(stream, "<span><i style=\"border-color:%.*s\"></i>", (int)strcspn(colour, ";"), colour);
+  hetab_page_text(stream, text);
   fputs("</span>", stream);
 }

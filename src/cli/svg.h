@@ -1,9 +1,11 @@
-/* Plots as inline SVG. Colours are CSS classes and variables of the page (audit_html_style.c). */
+/* Plots as inline SVG. Colours are CSS classes and variables of core/html_page.c. */
 #ifndef HETAB_CLI_SVG_H
 #define HETAB_CLI_SVG_H
 
 #include <stddef.h>
 #include <stdio.h>
+
+#include "core/html_page.h"
 
 enum { SVG_WIDTH = 420, SVG_HEIGHT = 290 };
 
@@ -44,8 +46,7 @@ void svg_polar_line(FILE *stream, const double *radius, size_t count, const char
                     const char *title);
 void svg_polar_end(FILE *stream);
 
-/* Squares coloured by level 0 (nothing) ... SVG_LEVELS - 1, [row][column]. */
-enum { SVG_LEVELS = 24 };
+/* Squares coloured by level 0 (nothing) ... HETAB_PAGE_LEVELS - 1, [row][column]. */
 void svg_map(FILE *stream, const unsigned char *levels, int rows, int columns, const char *caption,
              const char *left, const char *bottom);
 
@@ -61,7 +62,4 @@ void svg_key(FILE *stream, const char *stroke, const char *text);
 
 /* A round step for about five ticks over a range. */
 double svg_step(double range);
-/* Text with what HTML reserves escaped. */
-void svg_text(FILE *stream, const char *text);
-
 #endif

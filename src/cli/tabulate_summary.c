@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "core/angle.h"
+#include "numbers.h"
 #include "output.h"
 #include "tabulate_job.h"
 
@@ -113,16 +114,14 @@ static int longest_path(const tabulate_job *job) {
 
 static void print_row(const char *path, const hetab_report *report, int width) {
   const hetab_error_stats *error = &report->error;
-  char entries[16], speed[16], kernel[16] = "-", max[16], p99[16], rms[16];
+  char entries[16], speed[16], kernel[16] = "-";
   cli_si(report->entries, entries, sizeof entries);
   cli_si(rate(report->entries, report->wall_seconds), speed, sizeof speed);
   if (report->kernel_seconds > 0)
     cli_si(rate(report->entries, report->kernel_seconds), kernel, sizeof kernel);
-  cli_error_text(error, error->max_rel, max, sizeof max);
-  cli_error_text(error, error->p99_rel, p99, sizeof p99);
-  cli_error_text(error, error->rms_rel, rms, sizeof rms);
+  cli_errors errors = cli_error_texts(error);
   printf("%-*s %8s %8.3f %10s %10s %9s %9s %9s\n", width, path, entries, report->wall_seconds,
-         speed, kernel, max, p99, rms);
+         speed, kernel, errors.max, errors.p99, errors.rms);
 }
 
 static void print_rgl(const tabulate_job *job, const char *path, const hetab_rgl_report *r) {

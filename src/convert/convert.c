@@ -7,6 +7,7 @@
 
 #include "convert/outputs.h"
 #include "core/held_files.h"
+#include "core/option_size.h"
 #include "table/table_format.h"
 #include "convert/trial.h"
 
@@ -76,7 +77,7 @@ static hetab_status write_and_try(hetab_context *ctx, hetab_convert_source *sour
 
 hetab_status hetab_convert(hetab_context *ctx, const char *in, const char *out,
                            const hetab_convert_options *options, hetab_convert_report *report) {
-  hetab_convert_options o = options ? *options : (hetab_convert_options){0};
+  HETAB_OPTIONS(ctx, hetab_convert_options, o, options);
   hetab_convert_report own;
   hetab_convert_source source;
   report = report ? report : &own;

@@ -8,6 +8,7 @@
 #include <hetab/host_model.h>
 
 #include "convert/radiant.h"
+#include "core/option_size.h"
 #include "core/angle.h"
 #include "core/held_files.h"
 #include "core/clock.h"
@@ -28,6 +29,10 @@ typedef struct job {
   hetab_context *ctx;
   const hetab_surface *surface;
   hetab_tabulate_to_options options;
+  hetab_tabulate_options sample;
+  hetab_h5_options h5;
+  hetab_exr_options exr;
+  hetab_merl_options merl_options;
   const hetab_grid *grid;
   hetab_grid *own_grid;
   hetab_engine *engine, *own_engine;
@@ -167,7 +172,7 @@ static hetab_status create_h5(job *job, output *o) {
 }
 
 static hetab_status create_exr(job *job, output *o) {
-  hetab_exr_options exr = job->options.exr ? *job->options.exr : (hetab_exr_options){0};
+  hetab_exr_options exr = job->exr;
   exr.slabs = hetab_engine_precision(job->engine);
   exr.method = hetab_engine_method(job->engine);
   exr.tolerance = hetab_engine_tolerance(job->engine);
@@ -230,27 +235,18 @@ static hetab_status check_report(hetab_context *ctx, const hetab_report *report)
                     report->error.bad, report->error.samples);
 }
 
-static hetab_tabulate_options sample_of(const job *job) {
-  return job->options.sample ? *job->options.sample
-                             : (hetab_tabulate_options){.samples = 2000, .seed = 1};
-}
-
 static hetab_status fill_dense(job *job) {
-  hetab_tabulate_options sample = sample_of(job);
   hetab_report *report = &job->reports[HETAB_FORMAT_H5];
-  HETAB_TRY(hetab_tabulate(job->ctx, job->engine, job->surface, job->grid, &sample, fan_out, job,
-                           report));
+  HETAB_TRY(hetab_tabulate(job->ctx, job->engine, job->surface, job->grid, &job->sample, fan_out,
+                           job, report));
   job->reports[HETAB_FORMAT_EXR] = *report;
   return check_report(job->ctx, report);
 }
 
 static hetab_status fill_merl(job *job) {
-  hetab_tabulate_options sample = sample_of(job);
-  hetab_merl_options merl = {.samples = sample.samples, .seed = sample.seed};
-  if (job->options.merl)
-    merl = *job->options.merl;
   hetab_report *report = &job->reports[HETAB_FORMAT_MERL];
-  HETAB_TRY(hetab_tabulate_merl(job->ctx, job->engine, job->surface, &merl, &job->merl, report));
+  HETAB_TRY(hetab_tabulate_merl(job->ctx, job->engine, job->surface, &job->merl_options, &job->merl,
+                                report));
   return check_report(job->ctx, report);
 }
 
@@ -347,7 +343,7 @@ static hetab_status read_back(const job *job, hetab_format format, const char *p
   hetab_merl *merl = NULL;
   hetab_rgl *rgl = NULL;
   hetab_status status = HETAB_OK;
-  bool by_wavelength = job->options.exr && job->options.exr->parts == HETAB_EXR_BY_WAVELENGTH;
+  bool by_wavelength = job->exr.parts == HETAB_EXR_BY_WAVELENGTH;
   if (format == HETAB_FORMAT_H5)
     status = hetab_h5_open(ctx, path, &h5);
   else if (format == HETAB_FORMAT_MERL)
@@ -408,13 +404,29 @@ static void clear(job *job) {
   hetab_grid_free(job->own_grid);
 }
 
+/* The options of each format as this library knows them. */
+static hetab_status take_nested(job *job) {
+  hetab_tabulate_to_options *o = &job->options;
+  HETAB_TRY(hetab_options_take(job->ctx, o->sample, &job->sample, sizeof job->sample));
+  if (!o->sample)
+    job->sample.seed = 1;
+  HETAB_TRY(hetab_options_take(job->ctx, o->h5, &job->h5, sizeof job->h5));
+  HETAB_TRY(hetab_options_take(job->ctx, o->exr, &job->exr, sizeof job->exr));
+  HETAB_TRY(hetab_options_take(job->ctx, o->merl, &job->merl_options, sizeof job->merl_options));
+  o->h5 = o->h5 ? &job->h5 : NULL;
+  if (!o->merl)
+    job->merl_options =
+        (hetab_merl_options){.samples = job->sample.samples, .seed = job->sample.seed};
+  return HETAB_OK;
+}
+
 hetab_status hetab_tabulate_to(hetab_context *ctx, hetab_engine *engine,
                                const hetab_surface *surface, const char *const *paths, size_t count,
                                const hetab_tabulate_to_options *options,
                                hetab_output_report *reports) {
-  job job = {.ctx = ctx, .surface = surface, .engine = engine};
-  if (options)
-    job.options = *options;
+  HETAB_OPTIONS(ctx, hetab_tabulate_to_options, own, options);
+  job job = {.ctx = ctx, .surface = surface, .engine = engine, .options = own};
+  HETAB_TRY(take_nested(&job));
   hetab_status status = add_outputs(&job, paths, count);
   if (status == HETAB_OK)
     status = prepare(&job);

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "cl/device.h"
+#include "core/option_size.h"
 #include "core/clock.h"
 #include "core/random.h"
 #include "engine/dense.h"
@@ -46,7 +47,7 @@ typedef struct timing {
 } timing;
 
 static int wants_more(const bench *b, const timing *t) {
-  size_t asked = b->options ? b->options->repeats : 0;
+  size_t asked = b->options->repeats;
   if (t->count == MOST_REPEATS)
     return 0;
   return asked ? t->count < asked : t->count < DEFAULT_REPEATS || t->seconds < ENOUGH_SECONDS;
@@ -148,12 +149,12 @@ static double rows_operations(const hetab_engine *engine) {
 
 static hetab_status bench_method(bench *b, hetab_precision precision, hetab_method method,
                                  double tolerance) {
-  hetab_engine_options options = {.devices = b->options ? b->options->devices : NULL,
+  hetab_engine_options options = {.devices = b->options->devices,
                                   .precision = precision,
                                   .method = method,
                                   .tolerance = tolerance};
-  hetab_tabulate_options sampling = {
-      .samples = b->options && b->options->samples ? b->options->samples : DEFAULT_SAMPLES};
+  hetab_tabulate_options sampling = {.samples = b->options->samples ? b->options->samples
+                                                                    : DEFAULT_SAMPLES};
   hetab_engine *engine;
   hetab_report report = {0};
   double rate = 0.0;
@@ -218,9 +219,8 @@ done:
 }
 
 static hetab_status time_baselines(bench *b, hetab_precision precision) {
-  hetab_engine_options options = {.devices = b->options ? b->options->devices : NULL,
-                                  .precision = precision,
-                                  .method = HETAB_METHOD_SERIES};
+  hetab_engine_options options = {
+      .devices = b->options->devices, .precision = precision, .method = HETAB_METHOD_SERIES};
   hetab_engine *engine;
   HETAB_TRY(hetab_engine_create(b->ctx, &options, &engine));
   hetab_status status = time_peak(b, engine);
@@ -251,7 +251,8 @@ static hetab_status bench_precision(bench *b, hetab_precision precision) {
 
 hetab_status hetab_bench(hetab_context *ctx, const hetab_surface *surface,
                          const hetab_bench_options *options, hetab_bench_fn fn, void *user) {
-  bench b = {.ctx = ctx, .surface = surface, .options = options, .fn = fn, .user = user};
+  HETAB_OPTIONS(ctx, hetab_bench_options, o, options);
+  bench b = {.ctx = ctx, .surface = surface, .options = &o, .fn = fn, .user = user};
   HETAB_TRY(hetab_grid_create(ctx, &b.grid));
   hetab_status status = time_literal(&b);
   if (status == HETAB_OK)

@@ -6,6 +6,8 @@
 
 #include "cl/device.h"
 
+#include "core/option_size.h"
+
 /* What the rows method can keep at best and keeps by default: float arithmetic rounds the exponent
  * to up to 8e-6, double and its polynomials give out at about 1e-11. */
 static const double FLOAT_LEAST = 1e-5, FLOAT_USUAL = 1e-5;
@@ -79,22 +81,21 @@ static hetab_status check_rows_tolerance(hetab_context *ctx, const hetab_engine_
 
 hetab_status hetab_engine_create(hetab_context *ctx, const hetab_engine_options *options,
                                  hetab_engine **out) {
-  static const hetab_engine_options defaults = {0};
-  const hetab_engine_options *o = options ? options : &defaults;
   *out = NULL;
-  HETAB_TRY(check_rows_tolerance(ctx, o));
+  HETAB_OPTIONS(ctx, hetab_engine_options, o, options);
+  HETAB_TRY(check_rows_tolerance(ctx, &o));
   hetab_engine *engine = hetab_alloc(ctx, 1, sizeof *engine);
   if (!engine)
     return HETAB_ERR_MEMORY;
-  engine->precision = o->method == HETAB_METHOD_LITERAL ? HETAB_DOUBLE : o->precision;
-  engine->method = o->method;
+  engine->precision = o.method == HETAB_METHOD_LITERAL ? HETAB_DOUBLE : o.precision;
+  engine->method = o.method;
   double usual = engine->precision == HETAB_DOUBLE ? DOUBLE_USUAL : FLOAT_USUAL;
-  engine->tolerance = o->tolerance > 0.0 ? o->tolerance : usual;
+  engine->tolerance = o.tolerance > 0.0 ? o.tolerance : usual;
   hetab_status status = HETAB_OK;
-  if (o->method == HETAB_METHOD_LITERAL)
+  if (o.method == HETAB_METHOD_LITERAL)
     snprintf(engine->device_text, sizeof engine->device_text, "host, 1 core");
   else
-    status = open_lanes(ctx, o->devices, engine);
+    status = open_lanes(ctx, o.devices, engine);
   if (status != HETAB_OK) {
     hetab_engine_free(engine);
     return status;

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/option_size.h"
 #include "core/clock.h"
 #include "engine/dense.h"
 #include "engine/merl_job.h"
@@ -260,13 +261,13 @@ static void clear(hetab_merl_job *job) {
 hetab_status hetab_tabulate_merl(hetab_context *ctx, hetab_engine *engine,
                                  const hetab_surface *surface, const hetab_merl_options *options,
                                  hetab_merl **out, hetab_report *report) {
-  static const hetab_merl_options defaults = {.samples = 500};
+  *out = NULL;
+  HETAB_OPTIONS(ctx, hetab_merl_options, o, options);
+  o.samples = o.samples == HETAB_NO_SAMPLES ? 0 : o.samples ? o.samples : 500;
   double start = hetab_seconds();
   hetab_status status;
   hetab_error_stats error = {0};
-  hetab_merl_job job = {
-      .ctx = ctx, .engine = engine, .surface = surface, .options = options ? options : &defaults};
-  *out = NULL;
+  hetab_merl_job job = {.ctx = ctx, .engine = engine, .surface = surface, .options = &o};
   if (!engine->lane_count)
     return hetab_fail(ctx, HETAB_ERR_UNSUPPORTED,
                       "MERL tables are computed on a device; use another method than literal");

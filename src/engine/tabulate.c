@@ -8,6 +8,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "core/option_size.h"
 #include "core/clock.h"
 #include "engine/dense.h"
 #include "engine/sample.h"
@@ -349,6 +350,8 @@ static hetab_status run(job *job, hetab_sample *sample, hetab_slab_fn sink, void
 hetab_status hetab_tabulate(hetab_context *ctx, hetab_engine *engine, const hetab_surface *surface,
                             const hetab_grid *grid, const hetab_tabulate_options *options,
                             hetab_slab_fn sink, void *user, hetab_report *report) {
+  HETAB_OPTIONS(ctx, hetab_tabulate_options, o, options);
+  o.samples = o.samples == HETAB_NO_SAMPLES ? 0 : o.samples ? o.samples : 2000;
   double start = hetab_seconds();
   job job = {.ctx = ctx,
              .engine = engine,
@@ -362,8 +365,7 @@ hetab_status hetab_tabulate(hetab_context *ctx, hetab_engine *engine, const heta
   job.task_count = job.chunk_count * d->wavelength_count;
   double total = (double)d->count[HETAB_THETA_I] * (double)d->count[HETAB_THETA_R] *
                  (double)d->count[HETAB_PHI] * (double)d->wavelength_count;
-  HETAB_GOTO(hetab_sample_create(ctx, options ? options->samples : 2000, (uint64_t)total,
-                                 options ? options->seed : 0, &sample));
+  HETAB_GOTO(hetab_sample_create(ctx, o.samples, (uint64_t)total, o.seed, &sample));
   HETAB_GOTO(run(&job, &sample, sink, user, total));
   if (report) {
     *report = hetab_report_of(engine, engine->device_text);

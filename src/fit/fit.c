@@ -8,6 +8,8 @@
 #include "surface/index_parts.h"
 #include "surface/surface_parts.h"
 
+#include "core/option_size.h"
+
 void hetab_fit_free(hetab_fit *fit) {
   if (!fit)
     return;
@@ -421,8 +423,9 @@ done:
 hetab_status hetab_fit_create(hetab_context *ctx, hetab_engine *engine,
                               const hetab_measurements *measurements,
                               const hetab_fit_options *options, hetab_fit **out) {
-  hetab_fit_problem problem = {.ctx = ctx, .options = *options, .dull = HUGE_VAL};
   *out = NULL;
+  HETAB_OPTIONS(ctx, hetab_fit_options, own, options);
+  hetab_fit_problem problem = {.ctx = ctx, .options = own, .dull = HUGE_VAL};
   hetab_fit *fit = hetab_alloc(ctx, 1, sizeof *fit);
   if (!fit)
     return HETAB_ERR_MEMORY;

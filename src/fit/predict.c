@@ -5,6 +5,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "core/option_size.h"
 #include "core/angle.h"
 #include "core/context.h"
 
@@ -320,12 +321,13 @@ static hetab_status run(job *j) {
 
 hetab_status hetab_predict(hetab_context *ctx, hetab_engine *engine, const hetab_surface *surface,
                            const hetab_predict_options *options, hetab_prediction **out) {
-  job j = {.ctx = ctx, .engine = engine, .surface = surface, .options = options};
   *out = NULL;
+  HETAB_OPTIONS(ctx, hetab_predict_options, own, options);
+  job j = {.ctx = ctx, .engine = engine, .surface = surface, .options = &own};
   j.out = hetab_alloc(ctx, 1, sizeof *j.out);
   if (!j.out)
     return HETAB_ERR_MEMORY;
-  j.out->bounds = options->bounds;
+  j.out->bounds = own.bounds;
   hetab_status status = run(&j);
   free(j.bands);
   free(j.own_lambda_um);

@@ -9,6 +9,7 @@
 #include <hetab/output_file.h>
 
 #include "core/context.h"
+#include "core/html_page.h"
 #include "plan/record.h"
 #include "plan/scene.h"
 
@@ -45,14 +46,10 @@ static double number_of(const json_t *record, const char *key) {
 
 /* ---- the page ------------------------------------------------------------------------------ */
 
+static const char page_styles[] =
+    "<style>td:nth-child(-n+3),th:nth-child(-n+3){text-align:left}th{cursor:pointer}"
+    "td img{display:block;width:56px;height:56px}.bad{color:#b00020;font-weight:bold}</style>";
 /* Sorted by a click on a column's head. */
-static const char page_head[] =
-    "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>hetab batch</title>"
-    "<style>body{font:14px system-ui,sans-serif;margin:2em;color:#222}table{border-collapse:"
-    "collapse}td,th{padding:.2em .8em;text-align:right;border-bottom:1px solid #ddd}td:nth-child(-n"
-    "+3),th:nth-child(-n+3){text-align:left}th{cursor:pointer;position:sticky;top:0;background:"
-    "#fff}img{display:block;width:56px;height:56px}.bad{color:#b00020;font-weight:bold}</style>"
-    "</head><body>";
 static const char page_script[] =
     "<script>document.querySelectorAll('th').forEach((head,c)=>head.onclick=()=>{"
     "const body=document.querySelector('tbody'),rows=[...body.rows],up=head.dataset.up!=='1';"
@@ -81,19 +78,23 @@ static void page_row(FILE *out, const json_t *r) {
 static hetab_status write_page(hetab_context *ctx, const hetab_scene *scene, const hetab_plan *plan,
                                const json_t *records, const char *folder) {
   text page;
+  char name[64];
   size_t i;
   json_t *record;
   HETAB_TRY(begin(ctx, &page));
-  fprintf(page.stream,
-          "%s<h1>%zu surfaces for %s</h1><p>Largest relative L1 error asked for: %.3g %%; planned: "
-          "%.2f MB, %.1f s of one core. hetab %s. Click a column's head to sort.</p><table><thead>"
-          "<tr><th></th><th>surface</th><th>what</th><th>MB</th><th>error, %%</th><th>expected, "
-          "%%</th><th>bias, %%</th><th>seconds</th><th>left out, %%</th><th>verdict</th></tr>"
-          "</thead><tbody>\n",
-          page_head, scene->count, hetab_consumer_name(scene->consumer), 100.0 * plan->table_error,
-          1e-6 * plan->bytes, plan->seconds, hetab_version());
+  snprintf(name, sizeof name, "%zu surfaces for %s", scene->count,
+           hetab_consumer_name(scene->consumer));
+  hetab_page_begin(page.stream, name, "Batch: ", name);
+  fprintf(
+      page.stream,
+      "%s<p>Relative L1 error asked for: %.3g %%; planned: %.2f MB, %.1f s of one core. hetab "
+      "%s. Click a column's head to sort.</p><div class=\"wide\"><table><thead><tr><th></th>"
+      "<th>surface</th><th>what</th><th>MB</th><th>error, %%</th><th>expected, %%</th><th>bias, "
+      "%%</th><th>seconds</th><th>left out, %%</th><th>verdict</th></tr></thead><tbody>\n",
+      page_styles, 100.0 * plan->table_error, 1e-6 * plan->bytes, plan->seconds, hetab_version());
   json_array_foreach(records, i, record) page_row(page.stream, record);
-  fprintf(page.stream, "</tbody></table>%s</body></html>\n", page_script);
+  fprintf(page.stream, "</tbody></table></div>%s\n", page_script);
+  hetab_page_end(page.stream);
   return save(ctx, &page, folder, "index.html");
 }
 

@@ -8,6 +8,7 @@
 #include <pthread.h>
 
 #include "core/cpus.h"
+#include "core/option_size.h"
 #include "core/random.h"
 #include "model/colour.h"
 #include "model/limits.h"
@@ -290,7 +291,7 @@ static hetab_status check_bands(hetab_context *ctx, const hetab_surface *surface
 hetab_status hetab_tabulate_rgl(hetab_context *ctx, const hetab_surface *surface,
                                 const hetab_rgl_options *options, hetab_rgl **out,
                                 hetab_rgl_report *report) {
-  hetab_rgl_options o = options ? *options : (hetab_rgl_options){0};
+  HETAB_OPTIONS(ctx, hetab_rgl_options, o, options);
   hetab_rgl_report own;
   hetab_rgl_model *m;
   hetab_status status;

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include "core/input_file.h"
+#include "core/option_size.h"
 #include "core/text.h"
 #include "roughness/heights.h"
 
@@ -54,6 +55,6 @@ static hetab_status read_by_content(hetab_context *ctx, const char *path,
 hetab_status hetab_heights_load(hetab_context *ctx, const char *path,
                                 const hetab_heights_options *options, hetab_heights **out) {
   *out = NULL;
-  static const hetab_heights_options none;
-  return hetab_heights_keep(ctx, read_by_content(ctx, path, options ? options : &none, out), out);
+  HETAB_OPTIONS(ctx, hetab_heights_options, own, options);
+  return hetab_heights_keep(ctx, read_by_content(ctx, path, &own, out), out);
 }

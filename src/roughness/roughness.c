@@ -9,6 +9,8 @@
 #include "roughness/notes.h"
 #include "roughness/scan_worker.h"
 
+#include "core/option_size.h"
+
 static hetab_status check_options(hetab_context *ctx, const hetab_roughness_options *o) {
   if (!(o->cutoff_um >= 0 || o->cutoff_um == HETAB_CUTOFF_AUTO) || !isfinite(o->cutoff_um))
     return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
@@ -87,19 +89,18 @@ static hetab_status measure(hetab_context *ctx, const hetab_scan_list *list,
 hetab_status hetab_roughness_measure(hetab_context *ctx, const hetab_heights *const *heights,
                                      size_t count, const hetab_roughness_options *options,
                                      hetab_roughness **out) {
-  static const hetab_roughness_options none;
-  const hetab_roughness_options *o = options ? options : &none;
   hetab_scan_list list = {0};
   hetab_status status;
   *out = NULL;
-  HETAB_TRY(check_options(ctx, o));
+  HETAB_OPTIONS(ctx, hetab_roughness_options, o, options);
+  HETAB_TRY(check_options(ctx, &o));
   if (!count)
     return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "no heights: give at least one scan");
   hetab_roughness *r = hetab_alloc(ctx, 1, sizeof *r);
   if (!r)
     return HETAB_ERR_MEMORY;
-  HETAB_GOTO(hetab_scan_list_create(ctx, heights, count, o, &list));
-  HETAB_GOTO(measure(ctx, &list, o, r));
+  HETAB_GOTO(hetab_scan_list_create(ctx, heights, count, &o, &list));
+  HETAB_GOTO(measure(ctx, &list, &o, r));
   *out = r;
 done:
   hetab_scan_list_free(&list);

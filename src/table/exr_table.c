@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "model/colour.h"
+#include "core/option_size.h"
 #include "table/exr_layout.h"
 #include "table/table_writer.h"
 
@@ -263,14 +264,14 @@ hetab_status hetab_exr_create(hetab_context *ctx, const char *path, const hetab_
   static const hetab_table_class class = {write_slab, write_specular, write_report, finish, clear};
   hetab_status status;
   *out = NULL;
+  HETAB_OPTIONS(ctx, hetab_exr_options, own, options);
   exr_writer *w = hetab_alloc(ctx, 1, sizeof *w);
   if (!w)
     return HETAB_ERR_MEMORY;
   w->base.class = &class;
-  HETAB_GOTO(hetab_exr_layout_make(ctx, surface, grid, options, &w->layout));
+  HETAB_GOTO(hetab_exr_layout_make(ctx, surface, grid, &own, &w->layout));
   HETAB_GOTO(make_parts(ctx, w, surface));
-  HETAB_GOTO(
-      hetab_table_begin(ctx, &w->base, &class, path, options->overwrite, w->layout.bands, grid));
+  HETAB_GOTO(hetab_table_begin(ctx, &w->base, &class, path, own.overwrite, w->layout.bands, grid));
   HETAB_GOTO(hetab_exr_file_create(ctx, w->base.file, &w->file));
   HETAB_GOTO(hetab_exr_put_header(ctx, w->file, &w->layout, surface, grid));
   *out = &w->base;

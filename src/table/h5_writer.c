@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "core/option_size.h"
 #include "table/h5_layout.h"
 #include "table/table_writer.h"
 
@@ -201,9 +202,10 @@ done:
 hetab_status hetab_h5_create(hetab_context *ctx, const char *path, const hetab_surface *surface,
                              const hetab_grid *grid, const hetab_h5_options *options,
                              hetab_table_writer **out) {
+  *out = NULL;
+  HETAB_OPTIONS(ctx, hetab_h5_options, own, options);
   size_t count = hetab_surface_band_count(surface);
   double *lambda_um = hetab_alloc(ctx, count, sizeof *lambda_um);
-  *out = NULL;
   if (!lambda_um)
     return HETAB_ERR_MEMORY;
   for (size_t i = 0; i < count; i++)
@@ -215,7 +217,7 @@ hetab_status hetab_h5_create(hetab_context *ctx, const char *path, const hetab_s
                         .channels = count,
                         .lambda_um = lambda_um,
                         .bands = hetab_surface_bands(surface)};
-  hetab_status status = hetab_h5_create_from(ctx, path, &head, grid, options, out);
+  hetab_status status = hetab_h5_create_from(ctx, path, &head, grid, &own, out);
   free(lambda_um);
   return status;
 }

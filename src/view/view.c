@@ -7,6 +7,7 @@
 
 #include "core/angle.h"
 #include "core/context.h"
+#include "core/option_size.h"
 
 enum { LEAST_WIDTH = 640, MOST_WIDTH = 8192, DEFAULT_WIDTH = 1280 };
 
@@ -92,16 +93,18 @@ hetab_status hetab_view_surface(hetab_context *ctx, hetab_engine *engine,
                                 hetab_view **out) {
   hetab_view_source source;
   *out = NULL;
-  HETAB_TRY(hetab_view_source_surface(ctx, engine, surface, options->wavelength_um, &source));
-  return make_view(ctx, &source, options, out);
+  HETAB_OPTIONS(ctx, hetab_view_options, o, options);
+  HETAB_TRY(hetab_view_source_surface(ctx, engine, surface, o.wavelength_um, &source));
+  return make_view(ctx, &source, &o, out);
 }
 
 hetab_status hetab_view_table(hetab_context *ctx, const hetab_lookup *table, const char *title,
                               const hetab_view_options *options, hetab_view **out) {
   hetab_view_source source;
   *out = NULL;
-  HETAB_TRY(hetab_view_source_table(ctx, table, title, options->wavelength_um, &source));
-  return make_view(ctx, &source, options, out);
+  HETAB_OPTIONS(ctx, hetab_view_options, o, options);
+  HETAB_TRY(hetab_view_source_table(ctx, table, title, o.wavelength_um, &source));
+  return make_view(ctx, &source, &o, out);
 }
 
 void hetab_view_free(hetab_view *view) {

@@ -1,9 +1,8 @@
-/* The style sheet of the audit's page: light and dark, wide and narrow. */
+#include "core/html_page.h"
+
 #include <math.h>
 
-#include "audit_command.h"
-#include "svg.h"
-
+/* Light and dark, wide and narrow. */
 static const char style[] =
     ":root{--bg:#fff;--fg:#1b1f24;--dim:#5c6670;--rule:#dfe3e8;--card:#f7f8fa;--c0:#2466c4;"
     "--c1:#c2410c;--c2:#15803d;--c3:#9333ea;--pass:#15803d;--warn:#a16207;--fail:#c81e1e;"
@@ -50,8 +49,8 @@ static void write_map_colours(FILE *out) {
                                     {30, 158, 137}, {103, 198, 88}, {253, 231, 37}};
   enum { STOPS = sizeof stops / sizeof *stops };
   fputs(".m0{fill:var(--void)}", out);
-  for (int level = 1; level < SVG_LEVELS; level++) {
-    double at = (level - 1.0) / (SVG_LEVELS - 2) * (STOPS - 1);
+  for (int level = 1; level < HETAB_PAGE_LEVELS; level++) {
+    double at = (level - 1.0) / (HETAB_PAGE_LEVELS - 2) * (STOPS - 1);
     int low = (int)fmin(at, STOPS - 2);
     fprintf(out, ".m%d{fill:rgb(", level);
     for (int c = 0; c < 3; c++)
@@ -60,7 +59,34 @@ static void write_map_colours(FILE *out) {
   }
 }
 
-void audit_html_style(FILE *out) {
+void hetab_page_text(FILE *out, const char *text) {
+  for (; *text; text++) {
+    const char *escaped = *text == '<'   ? "&lt;"
+                          : *text == '>' ? "&gt;"
+                          : *text == '&' ? "&amp;"
+                          : *text == '"' ? "&quot;"
+                                         : NULL;
+    if (escaped)
+      fputs(escaped, out);
+    else
+      putc(*text, out);
+  }
+}
+
+void hetab_page_begin(FILE *out, const char *title, const char *heading, const char *name) {
+  fputs("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+        "content=\"width=device-width,initial-scale=1\"><title>",
+        out);
+  hetab_page_text(out, title);
+  fputs("</title>\n<style>\n", out);
   fputs(style, out);
   write_map_colours(out);
+  fputs("</style></head><body><h1>", out);
+  hetab_page_text(out, heading);
+  hetab_page_text(out, name);
+  fputs("</h1>", out);
+}
+
+void hetab_page_end(FILE *out) {
+  fputs("</body></html>\n", out);
 }
