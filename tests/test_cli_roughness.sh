@@ -20,7 +20,7 @@ def axis(name, kind, data="D", increment=None, offset=None):
     return text + f"</C{name}>"
 
 def write(path, axes, sizes, data=None, valid=None, datum=None, feature="SUR", md5=None, doctype="",
-          level=6, checksum=True, after=""):
+          level=6, checksum=True, after="", folder=""):
     files = {}
     record = "<MatrixDimension>" + "".join(f"<Size{a}>{n}</Size{a}>" for a, n in zip("XYZ", sizes))
     record += "</MatrixDimension>"
@@ -45,7 +45,7 @@ def write(path, axes, sizes, data=None, valid=None, datum=None, feature="SUR", m
         files["md5checksum.hex"] = (hashlib.md5(xml).hexdigest() + " *main.xml\n").encode()
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=level) as archive:
         for name, content in files.items():
-            archive.writestr(name, content)
+            archive.writestr(folder + name, content)
 
 rng = np.random.default_rng(1)
 bump = np.exp(-2 * (np.arange(-20, 21) / 6.0) ** 2)
@@ -60,6 +60,7 @@ grid = axis("X", "I", increment=5e-7) + axis("Y", "I", increment=5e-7)
 END
 
 cat >make.py <<'END'
+import struct
 from x3p import *
 z = smooth((60, 80)) + 1e-5
 z[7, 11] = z[40, 2] = np.nan
@@ -84,6 +85,44 @@ with open("map.sdf", "w", newline="\r\n") as out:
         out.write(" ".join("BAD" if np.isnan(v) else f"{v * 1e12:.9f}" for v in row) + "\n")
     out.write("*\n\n*\n")
 
+def sdf(name, kind, z_scale, values):  # ISO 25178-71, binary
+    head = struct.pack("<8s10s12s12sHHddddbbb", b"bISO-1.0", b"test", b"", b"", 80, 60, 5e-7, 5e-7,
+                       z_scale, 0, 0, kind, 0)
+    open(name, "wb").write(head + values.tobytes())
+
+sdf("double.sdf", 7, 1, z.astype("<f8"))
+sdf("int16.sdf", 5, 1e-10, np.where(invalid, -2 ** 15, np.round((filled - 1e-5) / 1e-10)).astype("<i2"))
+
+def sur(name, magic=b"DIGITAL SURF", points=80 * 60, comment=b"a note"):  # Digital Surf
+    step = 1e-8
+    raw = np.round(filled * 1e6 / step).astype("<i4")
+    least = int(raw[~invalid].min())
+    raw[invalid] = least - 2
+    head = struct.pack("<12s4H30s30s5H2IH4iI3f", magic, 0, 1, 100, 2, b"", b"", 0, 0, 0, 1, 0, 0, 0, 32,
+                       least, int(raw.max()), 80, 60, points, 0.5, 0.5, step)
+    head += b"".join(name.ljust(16) for name in (b"X", b"Y", b"Z") + 2 * (b"\xb5m", b"\xb5m", b"\xb5m"))
+    head = head.ljust(334, b"\0") + struct.pack("<2H", len(comment), 0)
+    open(name, "wb").write(head.ljust(512, b"\0") + comment + raw.tobytes())
+
+sur("map.sur")
+sur("compressed.sur", b"DSCOMPRESSED")
+sur("numbers.sur", points=7)
+open("cut.sur", "wb").write(open("map.sur", "rb").read()[:9000])
+open("head.sur", "wb").write(open("map.sur", "rb").read()[:300])
+
+# Zygo's ASCII, as prysm's write_zygo_ascii has it: phases in wave * scale * obliquity / 32768
+phase = np.where(invalid, 2147483647, np.round(filled / (0.5 * 633e-9 / 32768))).astype(int)
+with open("zygo.dat", "w") as out:
+    out.write('Zygo ASCII Data File - Format 2\n0 0 0 0 "Fri Nov 11 11:11:11 2011"\n0 0 0 0 0 0\n')
+    out.write('0 0 80 60\n"%81s"\n"%39s"\n"%39s"\n0 0.5 6.33e-07 0 1 0 5e-07 1321009871\n' % ("", "", ""))
+    out.write('80 60 0 0 0 0 "%9s"\n0 0 0 0 0 0 0 0 0 0\n1 1 20 2 0 0 0 0 0\n0 "%12s"\n1 0\n"%7s"\n' % ("", "", ""))
+    out.write("#\n#\n")
+    for row in phase.reshape(-1, 10):
+        out.write(" ".join(map(str, row)) + "\n")
+    out.write("#\n")
+open("cut.dat", "w").write(open("zygo.dat").read()[:9000])
+open("nocamera.dat", "w").write(open("zygo.dat").read().replace(" 5e-07 ", " 0 "))
+
 line = smooth((60, 3000))[0]
 x = np.arange(3000) * 2.5e-7
 np.savetxt("line.csv", np.c_[x * 1e3, line * 1e9], delimiter=",", header="x_mm,z_nm", comments="",
@@ -101,6 +140,8 @@ write("listed.x3p", absolute, (3000, 1, 1), feature="PRF",
 
 data = z.astype("<f8").tobytes()
 full = grid + axis("Z", "A", "D")
+write("folder.x3p", full, (80, 60, 1), data, folder="scan 17/")
+write("offset.x3p", full.replace("</CX>", "<Offset/></CX>"), (80, 60, 1), data)
 write("md5.x3p", full, (80, 60, 1), data, md5="0" * 32)
 write("short.x3p", full, (80, 60, 1), data[:-8])
 write("long.x3p", full, (80, 60, 1), data + b"12345678")
@@ -158,7 +199,8 @@ for key, values in ("sigma_um", sigma), ("rms_slope", slope):
 ok &= abs(raw["non_uniformity"] / (sigma.std(ddof=1) / sigma.mean()) - 1) < 10 * tolerance
 sys.exit(not ok)
 END
-for case in double.x3p:1e-9 float.x3p:1e-3 int16.x3p:1e-3 int32.x3p:1e-6 map.txt:1e-6 map.sdf:1e-6; do
+for case in double.x3p:1e-9 float.x3p:1e-3 int16.x3p:1e-3 int32.x3p:1e-6 map.txt:1e-6 map.sdf:1e-6 \
+    double.sdf:1e-9 int16.sdf:1e-3 map.sur:1e-6 zygo.dat:1e-3 folder.x3p:1e-9 offset.x3p:1e-9; do
   works "${case%:*}" roughness "${case%:*}" --json --quiet --outliers 0
   check "${case%:*} against numpy" /usr/bin/python3 compare.py "${case#*:}"
 done
@@ -217,11 +259,18 @@ check "nothing of a pipe is lost" cmp <(sed 's,/dev/fd/[0-9]*,line.csv,' piped.c
 sed 's/\./,/g;s/,/;/' line.csv >comma.csv
 refuses "decimal commas" 1 'with a decimal point' roughness comma.csv
 head -c 300 /dev/zero >zeros.bin
-refuses "binary" 1 'neither X3P, nor SDF, nor text' roughness zeros.bin
+refuses "binary" 1 'neither X3P, nor SDF, nor .sur, nor text' roughness zeros.bin
 
 # ---- bad X3P ------------------------------------------------------------------------------------
 
 refuses "wrong md5" 1 'checksum of bindata/data.bin' roughness md5.x3p
+works "wrong md5, on request" roughness md5.x3p --ignore-checksums -q
+refuses "compressed .sur" 1 'without compression' roughness compressed.sur
+refuses "numbers of a .sur" 1 'do not agree' roughness numbers.sur
+refuses "cut .sur" 1 'where 80 x 60 heights need' roughness cut.sur
+refuses "head of a .sur" 1 'no room for the header' roughness head.sur
+refuses "cut Zygo" 1 'phases, where its header says 4800' roughness cut.dat
+refuses "Zygo without calibration" 1 'camera is not calibrated' roughness nocamera.dat
 refuses "short data" 1 'has 38392 bytes, where 4800 points need 38400' roughness short.x3p
 refuses "long data" 1 '38408 bytes, more than the 38400' roughness long.x3p
 refuses "huge dimensions" 1 'at most 2\^27' roughness huge.x3p
@@ -246,7 +295,7 @@ refuses "damaged archive" 1 '.' roughness flipped.x3p
 
 refuses "no scan" 2 'no SCAN' roughness
 refuses "no such file" 1 'none.csv: cannot open' roughness none.csv
-refuses "a folder" 1 '.: cannot open: Is a directory' roughness .
+refuses "a folder" 1 'Is a directory' roughness .
 : >empty.csv
 refuses "empty" 1 'no heights' roughness empty.csv
 printf 'x_um,z_um\n' >names.csv

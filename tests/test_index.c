@@ -281,6 +281,27 @@ static void test_csv_forms(void **state) {
   hetab_index_free(index);
 }
 
+/* refractiveindex.info: two tables in a download, and rows that nobody asks for. */
+static void test_database(void **state) {
+  text_fixture *fixture = *state;
+  hetab_index *index = load(fixture, "download.csv",
+                            "wl,n\n0.4,1.5\n0.5,2.5\n1200,1120\n\nwl,k\n0.2,-0.0005\n0.4,3\n"
+                            "0.4,3\n0.5,4\n");
+  assert_index(fixture, index, 0.45, 2, 3.5, 1e-14);
+  hetab_index_free(index);
+  index = load(fixture, "far.yml",
+               "DATA:\n  - type: tabulated nk\n    data: |\n      0.2 1.4 -0.05\n"
+               "      0.25 1.5 -0.0009\n      0.4 1.5 0\n      0.5 2.45 1\n      0.5 2.55 1\n"
+               "      1.1e6 1100 2000\n");
+  assert_index(fixture, index, 0.45, 2, 0.5, 1e-14);
+  assert_index(fixture, index, 0.3, 1.5, 0, 0); /* of -0.0009 and 0 */
+  double n, k;
+  assert_int_equal(hetab_index_at(fixture->ctx, index, 0.21, 0, &n, &k), HETAB_ERR_RANGE);
+  assert_message(fixture, (const char *const[]){"far.yml", "k = -0.04", "0.21 um", NULL});
+  assert_int_equal(hetab_index_at(fixture->ctx, index, 1e6, 0, &n, &k), HETAB_ERR_RANGE);
+  hetab_index_free(index);
+}
+
 static void test_bad_csv(void **state) {
 #define HEADER "wavelength_nm,n,k\n"
   static const bad_file files[] = {
@@ -305,7 +326,7 @@ static void test_bad_csv(void **state) {
       {"a.csv", HEADER "400,0,1\n", {"a.csv:2", "column 'n'", "n > 0"}},
       {"a.csv", HEADER "400,1,-1\n", {"a.csv:2", "column 'k'", "k >= 0"}},
       {"a.csv", HEADER "-400,1,1\n", {"a.csv:2", "column 'wavelength_nm'", "length"}},
-      {"a.csv", HEADER "500,1,1\n400,1,1\n500,1,1\n", {"a.csv:4", "500 nm", "line 2"}},
+      {"a.csv", HEADER "500,1,1\n400,1,1\n500,1,2\n", {"a.csv:4", "500 nm", "1 1; here 1 2"}},
   };
   for (size_t i = 0; i < sizeof files / sizeof *files; i++)
     fails(*state, write_text_file(*state, files[i].name, files[i].text), files[i].words);
@@ -429,6 +450,7 @@ int main(void) {
       TEST(test_too_many_coefficients),
       TEST(test_csv_headers),
       TEST(test_csv_forms),
+      TEST(test_database),
       TEST(test_bad_csv),
       TEST(test_unreadable),
       TEST(test_binary),

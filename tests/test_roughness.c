@@ -5,6 +5,7 @@
 #include "text_fixture.h"
 
 #include <hetab/roughness.h>
+#include <stdbool.h>
 #include "core/student.h"
 
 static const profile_scale report_surfaces[5] = {
@@ -522,7 +523,7 @@ static hetab_heights *load(text_fixture *f, const char *text,
   hetab_heights *heights;
   const char *path = write_text_file(f, "scan.txt", text);
   if (hetab_heights_load(f->ctx, path, options, &heights) != HETAB_OK)
-    fail_msg("%s: %s", text, hetab_error_message(f->ctx));
+    fail_msg("%s\n%s", text, hetab_error_message(f->ctx));
   return heights;
 }
 
@@ -575,6 +576,140 @@ static void test_text(void **state) {
   assert_scan(load(f, "1000 2000 3000\n4000 nan 6000\n", &nm), 3, 2, 0.5, map);
 }
 
+/* Text as instruments and their programs export it, each with the source of its layout; the numbers
+ * are made here. All say 1, 2, missing, 4 um every 0.5 um, or a map of it and of -1, 5, 6, 7. */
+#define MAP "1\t2\tnan\t4\n-1\t5\t6\t7\n"
+static const struct {
+  const char *who, *text, *columns, *unit;
+  bool map;
+} exports[] = {
+    {"Gwyddion, text export (ContactEngineering/SurfaceTopography, gwyddion-export-english.txt)",
+     "# Channel: Topo\n# Width: 2.0 \u00b5m\n# Height: 0.5 \u00b5m\n# Value units: um\n" MAP,
+     .map = true},
+    {"Gwyddion in German (SurfaceTopography, gwyddion-export-german.txt)",
+     "# Kanal: Topo\n# Breite: 2,0 \u00b5m\n# H\u00f6he: 500 nm\n# Werteinheit: um\n"
+     "1,0\t2,0\tnan\t4\n-1\t5\t6\t7\n",
+     .map = true},
+    {"Gwyddion in French (labels of its fr.po, as in SurfaceTopography/IO/Text.py)",
+     "# Canal : Topo\n# Largeur : 0,002 mm\n# Hauteur : 500 nm\n# Unit\u00e9s : m\n"
+     "1e-06\t2e-06\tnan\t4e-06\n-1e-06\t5e-06\t6e-06\t7,0e-06\n",
+     .map = true},
+    {"Bruker Dektak, CSV (SurfaceTopography, dektak-1.csv)",
+     "Scan Parameters\r\nScan Type,Standard Scan\r\nID,0\r\nStylus,Radius: 2.5 \xB5m\r\n"
+     "Length,1.5 um\r\nProfile,Hills&Valleys\r\n\r\nAnalytical Results\r\nFunction,R.Cur "
+     "Pos,Result\r\n"
+     "Ra,468.0 um,0.00525 um\r\n\r\nScan Data\r\nLateral um,Raw Micrometer,\r\n"
+     "0.0,1,,\r\n0.5,2,,\r\n1.0,,,\r\n1.5,4,,\r\n",
+     .map = false},
+    {"a profiler's CSV (SurfaceTopography, csv-1.csv)",
+     "X_(microns),y1\n0,1\n0.5,2\n1,nan\n1.5,4\n", .map = false},
+    {"a profiler's CSV with an index (SurfaceTopography, csv-2.csv)",
+     "index,x in \u00b5m,y in \u00b5m\r\n0,0,1\r\n1,0.5,2\r\n2,1.0,nan\r\n3,1.5,4\r\n",
+     .map = false},
+    {"Dektak in Angstrom (SurfaceTopography, dektak-1.csv, heights in the unit of older ones)",
+     "Lateral(um),Profile(\u00c5)\n0,10000\n0.5,20000\n1,BAD\n1.5,40000\n", .map = false},
+    {"STIL confocal sensor with encoders (jonathan-bender/scaling-octo-telegram, README)",
+     "Counter\tAltitude (\u00b5m)\tEncoder1 (\u00b5m)\tEncoder2 (\u00b5m)\tRow number\n"
+     "37\t1\t0.0\t0\t1\n38\t2\t0.5\t0\t1\n39\tnan\t1.0\t0\t1\n40\t4\t1.5\t0\t1\n",
+     .map = false},
+    {"KLA Tencor P-7, APEX text (adpleach/ProfilometryData)",
+     "0.0000\t1\n0.0005\t2\n0.0010\tnan\n0.0015\t4\n", .unit = "mm,um"},
+    {"SPIP, ASCII (SurfaceTopography/IO/Text.py, flavour spip)",
+     "# File Format = ASCII\n# x-pixels = 4\n# y-pixels = 2\n# x-length = 2000\n# y-length = 500\n"
+     "# Bit2nm = 1000\n" MAP,
+     .map = true},
+    {"Attocube, .asc (gwyddion modules/file/attocube.c)",
+     "# Daisy frame view snapshot\n# x-pixels: 4\n# y-pixels: 2\n# x-length: 2.0\n# y-length: 0.5\n"
+     "# x-unit: um\n# y-unit: um\n# z-unit: um\n# Start of Data:\n" MAP,
+     .map = true},
+    {"NT-MDT Nova, ASCII (SurfaceTopography/IO/Text.py, 'Nova ASCII export')",
+     "File Format = ASCII\nNX = 4\nNY = 2\nScale X = 0.5\nScale Y = 0.25\nUnit X = um\n"
+     "Unit Data = um\nStart of Data :\n" MAP,
+     .map = true},
+    {"Lyncee digital holographic microscope (SurfaceTopography, matrix-2.txt)",
+     "h=2 w=4\npixel size=5.0e-007 m\ndata unit=rad\nheight conversion factor (-> m)=2e-006\n"
+     "0.5 1.0 nan 2.0\n-0.5 2.5 3.0 3.5\n",
+     .map = true},
+    {"Wyko Vision, ASCII in waves (SurfaceTopography, test of wyko_real_units)",
+     "Wyko ASCII Data File Format 0\t0\t1\nX Size\t2\nY Size\t4\nBlock Name\tType\tLength\tValue\n"
+     "Pixel_size\t7\t4\t0.0005\nWavelength\t7\t4\t500\nMult\t7\t4\t0.5\nRAW_DATA\t3\t32\t\n"
+     "1\t2\tBad\t4\n-1\t5\t6\t7\n",
+     .map = true},
+    {"Wyko Vision, ASCII in nm (the same)",
+     "Wyko ASCII Data File Format 0\t1\t1\nX Size\t2\nY Size\t4\nPixel_size\t7\t4\t0.0005\n"
+     "RAW_DATA\t3\t32\t\n1000\t2000\tBad\t4000\n-1000\t5000\t6000\t7000\n",
+     .map = true},
+    {"WSxM, ASCII XYZ (header as WSxM and its users' programs write it)",
+     "WSxM file copyright UAM\nWSxM ASCII XYZ file\nX[nm]\t\tY[nm]\t\tZ[nm]\n\n0\t0\t1000\n"
+     "500\t0\t2000\n1000\t0\tnan\n1500\t0\t4000\n0\t250\t-1000\n500\t250\t5000\n"
+     "1000\t250\t6000\n1500\t250\t7000\n",
+     .map = true},
+    {"a list of points, y fastest, without a header (SurfaceTopography, xyz-1.txt)",
+     "0.0 0.00 1\n0.0 0.25 -1\n0.5 0.00 2\n0.5 0.25 5\n1.0 0.25 6\n1.5 0.00 4\n1.5 0.25 7\n",
+     .unit = "um", .map = true},
+    {"any columns, chosen by name or number",
+     "time,place,gauge,temp\n1,0,1,20\n2,5e-4,2,20\n3,1e-3,nan,20\n4,1.5e-3,4,20\n", "place,3",
+     "mm,um", false},
+    {"numbers without a header, chosen", "9 1 0\n9 2 0.5\n9 nan 1\n9 4 1.5\n", "3,2", "um", false},
+};
+
+static void test_exports(void **state) {
+  text_fixture *f = *state;
+  const double scan[4] = {1, 2, NAN, 4}, map[8] = {1, 2, NAN, 4, -1, 5, 6, 7};
+  for (size_t i = 0; i < sizeof exports / sizeof *exports; i++) {
+    hetab_heights_options options = {.columns = exports[i].columns, .unit = exports[i].unit};
+    hetab_heights *h = load(f, exports[i].text, &options);
+    bool map_read = hetab_heights_kind_of(h) == HETAB_HEIGHTS_MAP;
+    if (map_read != exports[i].map || hetab_heights_column_count(h) != 4)
+      fail_msg("%s: %zu columns", exports[i].who, hetab_heights_column_count(h));
+    if (relative_error(hetab_heights_spacing_um(h), 0.5) > 1e-12)
+      fail_msg("%s: spacing %.17g", exports[i].who, hetab_heights_spacing_um(h));
+    if (map_read && !strstr(exports[i].who, "Wyko") && !strstr(exports[i].who, "Lyncee"))
+      assert_true(relative_error(hetab_heights_spacing_y_um(h), 0.25) < 1e-12);
+    assert_scan(h, 4, map_read ? 2 : 1, 0.5, map_read ? map : scan);
+  }
+}
+
+/* 1, 2, 3 ... um every 0.15625 um; x with one decimal, and a few of its steps are all but gaps. */
+static void test_rounded_places(void **state) {
+  text_fixture *f = *state;
+  static char text[20000];
+  for (int points = 40; points <= 800; points *= 20) {
+    double *z = calloc((size_t)points, sizeof *z);
+    size_t used = (size_t)sprintf(text, "x_um,z_um\n");
+    for (int i = 0; i < points; i++)
+      used += (size_t)sprintf(text + used, "%.1f,%g\n", 0.15625 * i, z[i] = i % 7);
+    hetab_heights *h = load(f, text, NULL);
+    assert_int_equal(hetab_heights_column_count(h), points);
+    assert_true(relative_error(hetab_heights_spacing_um(h), 0.15625) < 2.0 / points / points);
+    assert_memory_equal(hetab_heights_z_um(h), z, (size_t)points * sizeof *z);
+    hetab_heights_free(h);
+    free(z);
+  }
+  size_t used = (size_t)sprintf(text, "x_um,z_um\n");
+  for (int i = 0; i < 60; i++)
+    used += (size_t)sprintf(text + used, "%.1f,%d\n", 0.1 * (i + (i > 20) + (i > 30)), i);
+  hetab_heights *h = load(f, text, NULL); /* two gaps, of which rounding is no explanation */
+  assert_int_equal(hetab_heights_column_count(h), 62);
+  assert_true(isnan(hetab_heights_z_um(h)[21]));
+  hetab_heights_free(h);
+}
+
+static void test_units_in_doubt(void **state) {
+  text_fixture *f = *state;
+  char text[4000] = "x_um,height\n";
+  for (int i = 0; i < 200; i++)
+    sprintf(text + strlen(text), "%d,%d\n", i, i * 37 % 11);
+  const hetab_heights *h = load(f, text, NULL);
+  hetab_roughness *r;
+  assert_ok(f->ctx, hetab_roughness_measure(f->ctx, &h, 1, NULL, &r));
+  assert_non_null(strstr(r->notes[0], "'height' names no unit"));
+  assert_non_null(strstr(r->notes[1], "--unit mm,um"));
+  assert_true(r->raw.tau_um.low >= 0);
+  hetab_roughness_free(r);
+  hetab_heights_free((hetab_heights *)h);
+}
+
 static void test_sdf(void **state) {
   text_fixture *f = *state;
   const double z[6] = {1, 2, NAN, 4, 5, 6};
@@ -610,6 +745,7 @@ static const struct {
     {"x_um;z_um\n0.0;1\n1;2,5\n", {":3:", "'2,5'"}},
     {"x_um,z_um\n0,1\n,2\n", {"no x"}},
     {"x_um,x_um,z_um\n0,1,1\n1,1,2\n", {"two x"}},
+    {"x_um,y_um,z_um\n0,0,1\n1,2,2\n5,1,7\n3.3,9,1\n", {"lies on no grid", "--columns"}},
     {"x_um,z_um\n0,1\n1,2\n1,3\n2,4\n", {"not always increase"}},
     {"x_um,z_um\n0,1\n-1,2\n-2,3\n", {"not always increase"}},
     {"x_um,z_um\n0,1\n1,2\n2.4,3\n3.4,1\n", {"unequally", "resample"}},
@@ -629,7 +765,7 @@ static const struct {
     {SDF("99999999", "99999999", "1e-6", "1 2 3\n*\n"), {"do not fit"}},
     {SDF("1e18", "1", "1e-6", "1 2 3\n*\n"), {"NumPoints"}},
     {SDF("3", "1", "1", "1 2 3\n*\n"), {"spacing", "units"}},
-    {"bISO-1.0 123", {"binary SDF"}},
+    {"bISO-1.0 123", {"no room for the header"}},
     {"PK\3\4 no archive", {"cut off"}},
 };
 #undef SDF
@@ -721,6 +857,9 @@ int main(void) {
       WITH_CONTEXT(test_single_scans_cover),
       WITH_CONTEXT(test_maps_cover),
       WITH_FILES(test_text),
+      WITH_FILES(test_exports),
+      WITH_FILES(test_rounded_places),
+      WITH_FILES(test_units_in_doubt),
       WITH_FILES(test_sdf),
       WITH_FILES(test_malformed),
       WITH_FILES(test_published),

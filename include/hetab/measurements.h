@@ -33,12 +33,18 @@ typedef struct hetab_measurements hetab_measurements;
  * none of which exceeds 2 pi; values above 1e12 / sr), or more than 2 GiB of values. */
 hetab_status hetab_measurements_load(hetab_context *ctx, const char *path,
                                      hetab_measurements **out);
-/* From memory: values[count][wavelengths], 1/sr, at most 1e12; NaN marks a value that is missing.
+/* From memory: values[count][wavelengths], 1/sr, at most 1e12 in size; NaN marks a value that is
+ * missing.
  */
 hetab_status hetab_measurements_create(hetab_context *ctx, const double *lambda_um,
                                        size_t wavelengths, const hetab_directions *pairs,
                                        size_t count, const double *values,
                                        hetab_measurements **out);
+/* Likewise, where the columns of values may name no wavelength: they are at lambda_um[count] then.
+ */
+hetab_status hetab_measurements_load_at(hetab_context *ctx, const char *path,
+                                        const double *lambda_um, size_t count,
+                                        hetab_measurements **out);
 void hetab_measurements_free(hetab_measurements *measurements);
 
 const char *hetab_measurements_name(const hetab_measurements *measurements);
@@ -49,10 +55,10 @@ const hetab_directions *hetab_measurements_pairs(const hetab_measurements *measu
 /* [count][wavelengths] */
 const double *hetab_measurements_values(const hetab_measurements *measurements);
 
-/* What was left out while reading, and why. */
+/* What was left out while reading, and why; and what is strange but kept. */
 typedef struct hetab_measurements_skipped {
   size_t below_horizon; /* rows with a direction at or below it */
-  size_t negative;      /* values below 0: missing (NaN) in values */
+  size_t negative;      /* values below 0, as noise about a weak signal is: they are kept */
   size_t not_finite;
 } hetab_measurements_skipped;
 hetab_measurements_skipped hetab_measurements_skipped_of(const hetab_measurements *measurements);

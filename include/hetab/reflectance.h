@@ -23,8 +23,9 @@ typedef enum hetab_stop {
 const char *hetab_stop_name(hetab_stop stop); /* "tolerance" */
 
 /* A number that was integrated: |value - truth| <= error, rounding included. The estimate held in
- * every case of tests/test_reflectance.c: needles, mirrors, steep and sub-wavelength surfaces, 0 to
- * 89.9 degrees. At the default tolerances it is 6 to 2000 times too large there (golden cases). */
+ * every case of tests/test_reflectance.c: needles, mirrors, steep and sub-wavelength surfaces,
+ * total reflection (n < 1), 0 to 89.9 degrees. At the default tolerances it is 6 to 2000 times too
+ * large there (golden cases). */
 typedef struct hetab_integral {
   double value, error;
   size_t evaluations; /* of the model */

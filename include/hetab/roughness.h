@@ -24,25 +24,33 @@ typedef enum hetab_heights_kind {
 
 /* What a text file does not say of itself; 0 and NULL: the file has to say it. */
 typedef struct hetab_heights_options {
-  size_t size;        /* of the struct; 0: of this header\'s */
-  double spacing_um;  /* between neighbours, of heights without x; of maps in both directions */
-  const char *unit;   /* "nm", "um", "mm" or "m": of numbers whose header names no unit */
-  double resample_um; /* interpolate scans with x linearly on places this far apart; 0: do not */
+  size_t size;          /* of the struct; 0: of this header's */
+  double spacing_um;    /* between neighbours, of heights without x; of maps in both directions */
+  const char *unit;     /* "nm", "um", "mm" or "m": of numbers whose header names no unit; "mm,um":
+                         * of places and of heights */
+  double resample_um;   /* interpolate scans with x linearly on places this far apart; 0: do not */
+  const char *columns;  /* "z", "x,z" or "x,y,z": names in the header, or numbers from 1 */
+  char decimal;         /* '.' or ',' where the file allows both readings */
+  int ignore_checksums; /* of X3P */
 } hetab_heights_options;
 
-/* Told apart by content; what comes through a pipe is text or SDF:
- * - text, columns separated by commas, semicolons, tabs or blanks, fields perhaps in
- *   double quotes, decimal points, '#' starts a comment:
- *   a header "x_um,z_nm" (also "x [um]", "z (nm)", "height/mm") names the columns; every z column
- *   is a scan; without an x column options.spacing_um is needed. Without a header options.unit is
- *   needed: one column is z, two are x and z, more are a map, row by row;
- * - text maps with "# Width: 100 um", "# Height: 80 um", "# Value units: nm" before the rows;
+/* Told apart by content; what comes through a pipe is text or ASCII SDF:
+ * - text in UTF-8, UTF-16 or Latin-1, columns separated by semicolons, tabs, commas or blanks,
+ *   fields perhaps in double quotes, decimal commas where the file allows no other reading, '#'
+ *   starts a comment; lines of anything above the rows are passed over. A header "x_um,z_nm" (also
+ *   "Lateral um,Raw Micrometer", "x in um", "Height (nm)", or units in a line of their own) names
+ *   the columns; every z column is a scan; x, y and z are a list of points on a grid; without an x
+ *   column options.spacing_um is needed. Without a header options.unit is needed: one column is z,
+ *   two are x and z, three are points if the first two lie on a grid, more are a map, row by row;
+ * - text maps with their size and unit above the rows, as Gwyddion (in English, German, French),
+ *   SPIP, Attocube, Nova, Lyncee and Wyko write them; Zygo's ASCII;
  * - X3P (ISO 5436-2): profiles and surfaces, 16- and 32-bit integers, float, double, data in a
  *   binary file or in the XML, validity mask; checksums are verified;
- * - SDF (ISO 25178-71), ASCII.
+ * - SDF (ISO 25178-71), ASCII and binary, and Digital Surf's .sur, not compressed.
  * Missing heights: empty fields, "nan", "bad", "-", the formats' own marks, steps of x that are
- * multiples of the usual one. Unequal steps of x (more than 2 % off) are refused, unless
- * options.resample_um is given; steps of more than three times the median then are gaps.
+ * multiples of the usual one. Unequal steps of x (more than 2 % off, unless rounding on paper
+ * explains them) are refused, unless options.resample_um is given; steps of more than three times
+ * the median then are gaps.
  * Failures name the file and, in text, the line. At most 2^27 heights, files up to 1 GiB. */
 hetab_status hetab_heights_load(hetab_context *ctx, const char *path,
                                 const hetab_heights_options *options, hetab_heights **out);

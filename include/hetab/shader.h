@@ -11,10 +11,11 @@ extern "C" {
 #endif
 
 typedef enum hetab_shader_language {
-  HETAB_SHADER_C,      /* C99 and C++, in float */
-  HETAB_SHADER_GLSL,   /* GLSL ES 3.00 and later; the table is for a texture */
-  HETAB_SHADER_PYTHON, /* numpy */
-  HETAB_SHADER_MITSUBA /* the above with `he_torrance`, a material of Mitsuba 3 */
+  HETAB_SHADER_C,       /* C99 and C++, in float */
+  HETAB_SHADER_GLSL,    /* GLSL ES 3.00 and later; the table is for a texture */
+  HETAB_SHADER_PYTHON,  /* numpy */
+  HETAB_SHADER_MITSUBA, /* the above with `he_torrance`, a material of Mitsuba 3 */
+  HETAB_SHADER_HTML     /* a page on which the model is explored, for browsers with WebGL 2 */
 } hetab_shader_language;
 
 /* f_dd, rho_s, f_ud, sampling and its density, with free parameters; a surface's own are in it by

@@ -73,7 +73,8 @@ static int open_inputs(fit_job *job) {
   if (status >= 0)
     return status;
   if (choose(job) != HETAB_OK ||
-      hetab_measurements_load(job->ctx, r->measurements, &job->measurements) != HETAB_OK ||
+      hetab_measurements_load_at(job->ctx, r->measurements, job->options.lambda_um,
+                                 job->options.lambda_count, &job->measurements) != HETAB_OK ||
       hetab_engine_create(job->ctx, &options, &job->engine) != HETAB_OK)
     return cli_fail_context(job->ctx);
   job->report.measurements = job->measurements;

@@ -176,9 +176,9 @@ static void print_count(const char *where, const hetab_prediction_count *count) 
 
 static void print_skipped(const job *j) {
   hetab_measurements_skipped s = hetab_measurements_skipped_of(j->measurements);
-  if (s.below_horizon || s.negative || s.not_finite)
-    printf("not used: %zu rows below the horizon, %zu values negative, %zu not finite\n",
-           s.below_horizon, s.negative, s.not_finite);
+  if (s.below_horizon || s.not_finite)
+    printf("not used: %zu rows below the horizon, %zu values not finite\n", s.below_horizon,
+           s.not_finite);
 }
 
 static int has_bounds(const hetab_roughness_bounds *b) {

@@ -16,9 +16,9 @@
 enum { PUBLISHED_DIFFERS = 3 }; /* exit status */
 
 typedef struct request {
-  const char *cutoff, *unit, *csv, *html, *surface, *index, *rows;
+  const char *cutoff, *unit, *columns, *csv, *html, *surface, *index, *rows;
   double spacing_um, resample_um, outlier, wavelength_nm, cutoff_um;
-  int level, force, json, quiet;
+  int level, force, json, quiet, decimal, ignore_checksums;
 } request;
 
 typedef struct roughness_job {
@@ -81,7 +81,10 @@ static int write_index(roughness_job *job) {
 static int load_scans(roughness_job *job, char **paths, size_t count) {
   hetab_heights_options options = {.spacing_um = job->request->spacing_um,
                                    .unit = job->request->unit,
-                                   job->request->resample_um};
+                                   .resample_um = job->request->resample_um,
+                                   .columns = job->request->columns,
+                                   .decimal = "\0.,"[job->request->decimal],
+                                   .ignore_checksums = job->request->ignore_checksums};
   job->heights = calloc(count, sizeof *job->heights);
   if (!job->heights)
     return cli_fail("out of memory");
@@ -240,8 +243,15 @@ static int run(const cli_command *self, int argc, char **argv) {
        &r.cutoff, 0, 0},
       {CLI_NUMBER, "spacing", 0, "UM", "between heights, for text without x and maps without sizes",
        &r.spacing_um, 1e-6, 1e4},
-      {CLI_TEXT, "unit", 0, "UNIT", "nm, um, mm or m: of text whose header names no unit", &r.unit,
-       0, 0},
+      {CLI_TEXT, "unit", 0, "UNIT",
+       "nm, um, mm or m: of text whose header names no unit; mm,um: of places and of heights",
+       &r.unit, 0, 0},
+      {CLI_TEXT, "columns", 0, "X,Z",
+       "the columns of text to read, by name or number from 1: z, x,z or x,y,z", &r.columns, 0, 0},
+      {CLI_CHOICE, "decimal", 0, "any|point|comma",
+       "the decimal mark, where the file allows both readings (any)", &r.decimal, 0, 0},
+      {CLI_FLAG, "ignore-checksums", 0, NULL, "read X3P files whose checksums are wrong",
+       &r.ignore_checksums, 0, 0},
       {CLI_NUMBER, "resample", 0, "UM",
        "interpolate unequally spaced heights linearly, this far apart", &r.resample_um, 1e-6, 1e4},
       {CLI_CHOICE, "level", 0, "fit|none",
@@ -288,10 +298,11 @@ const cli_command cli_roughness = {
     .arguments = "SCAN...",
     .summary = "sigma0 and tau of measured heights, with their errors",
     .description =
-        "SCAN is a height scan or map: text or CSV whose header names columns and units "
-        "(x_um,z_nm; "
-        "every z column is a scan), a text map with '# Width:', '# Height:' and '# Value units:', "
-        "X3P (ISO 5436-2) or ASCII SDF (ISO 25178-71). A map gives a scan per row and per column. "
+        "SCAN is a height scan, map or list of points: text as instruments export it (names and "
+        "units of columns such as x_um,z_nm or 'Lateral um,Raw Micrometer'; every z column is a "
+        "scan; maps with their size and unit above the rows), X3P (ISO 5436-2), SDF (ISO "
+        "25178-71), "
+        "Digital Surf's .sur or Zygo's ASCII. A map gives a scan per row and per column. "
         "Missing heights and outliers are left out and counted.\n\n"
         "Prints, per scan and over the scans, unfiltered and with --cutoff behind the filter: "
         "sigma "

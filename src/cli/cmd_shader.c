@@ -16,7 +16,8 @@ static int save(hetab_context *ctx, const request *r, const char *text) {
     return fputs(text, stdout), CLI_OK;
   if (hetab_text_save(ctx, r->output, text, strlen(text), r->force) != HETAB_OK)
     return cli_fail_context(ctx);
-  return CLI_OK;
+  int status = cli_publish(ctx);
+  return status < 0 ? CLI_OK : status;
 }
 
 static int write_shader(hetab_context *ctx, const request *r) {

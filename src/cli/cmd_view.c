@@ -1,5 +1,6 @@
 /* hetab view: pictures of a surface or of a table. */
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 #include <unistd.h>
@@ -30,6 +31,7 @@ typedef struct view_job {
   hetab_lookup *table;
   hetab_view_options options;
   hetab_view *view;
+  char *page; /* of .html */
 } view_job;
 
 /* ---- what goes where ----------------------------------------------------------------------- */
@@ -57,15 +59,22 @@ static int is_table(const char *input) {
          ends_in(input, ".bsdf");
 }
 
+/* The page on which the model is explored: no picture, but another kind of output. */
+static int is_explorer(const request *r) {
+  return ends_in(r->output, ".html");
+}
+
 static int plan(const cli_command *self, view_job *job) {
   const request *r = job->request;
   hetab_view_options *o = &job->options;
   *o = (hetab_view_options){
       .what = (hetab_view_what)r->what, .width = r->size, .exposure = r->exposure};
   if (!r->output)
-    return cli_usage(self, "no output given: use -o FILE.png or -o FILE.exr");
-  if (!find_format(r->output))
-    return cli_usage(self, "%s: the name of an output ends in .png or .exr", r->output);
+    return cli_usage(self, "no output given: use -o FILE.png, FILE.exr or FILE.html");
+  if (!find_format(r->output) && !is_explorer(r))
+    return cli_usage(self, "%s: the name of an output ends in .png, .exr or .html", r->output);
+  if (is_explorer(r) && is_table(r->input))
+    return cli_usage(self, "%s: an .html explores the model of a SURFACE, not a table", r->output);
   if (r->wavelength && cli_wavelength_list(r->wavelength, &o->wavelength_um, 1) != 1)
     return cli_usage(self, "--wavelength: '%s' is not one wavelength in nm", r->wavelength);
   return -1;
@@ -106,12 +115,21 @@ static hetab_status view_table(view_job *job) {
                           &job->options, &job->view);
 }
 
+static hetab_status make_explorer(view_job *job) {
+  hetab_status status = hetab_surface_open(job->ctx, job->request->input, &job->surface);
+  return status == HETAB_OK
+             ? hetab_shader_text(job->ctx, job->surface, HETAB_SHADER_HTML, &job->page)
+             : status;
+}
+
 /* The bar would start anew with every batch: the context is only asked to stop on signals. */
 static int make(view_job *job) {
   cli_progress_begin(job->ctx, job->request->input, 1);
   hetab_status status = take_theta_i(job);
   if (status == HETAB_OK)
-    status = is_table(job->request->input) ? view_table(job) : view_surface(job);
+    status = is_explorer(job->request)       ? make_explorer(job)
+             : is_table(job->request->input) ? view_table(job)
+                                             : view_surface(job);
   cli_progress_end();
   return status == HETAB_OK ? -1 : cli_fail_context(job->ctx);
 }
@@ -120,7 +138,10 @@ static int make(view_job *job) {
 
 static int save(view_job *job) {
   const request *r = job->request;
-  if (find_format(r->output)(job->ctx, job->view, r->output, r->force) != HETAB_OK)
+  hetab_status saved =
+      job->page ? hetab_text_save(job->ctx, r->output, job->page, strlen(job->page), r->force)
+                : find_format(r->output)(job->ctx, job->view, r->output, r->force);
+  if (saved != HETAB_OK)
     return cli_fail_context(job->ctx);
   int status = cli_publish(job->ctx);
   if (status >= 0)
@@ -144,6 +165,7 @@ static int run_request(const cli_command *self, const request *r) {
     status = make(&job);
   if (status < 0)
     status = save(&job);
+  free(job.page);
   hetab_view_free(job.view);
   hetab_lookup_free(job.table);
   hetab_engine_free(job.engine);
@@ -157,8 +179,8 @@ static int run(const cli_command *self, int argc, char **argv) {
   request r = {0};
   int first;
   const cli_option options[] = {
-      {CLI_TEXT, "output", 'o', "FILE", "the picture: a page (.png) or linear data (.exr)",
-       &r.output, 0, 0},
+      {CLI_TEXT, "output", 'o', "FILE",
+       "the picture: a page (.png), linear data (.exr), or an explorer (.html)", &r.output, 0, 0},
       {CLI_CHOICE, "what", 0, "all|lobes|maps|sphere", "what to show (all)", &r.what, 0, 0},
       {CLI_TEXT, "theta-i", 0, "SPEC",
        "up to four incident polar angles in degrees: a list, or start:stop:count (0,30,60,80)",
@@ -191,7 +213,7 @@ static int run(const cli_command *self, int argc, char **argv) {
 const cli_command cli_view = {
     .name = "view",
     .arguments = "SURFACE|FILE -o PICTURE",
-    .summary = "pictures: lobes, hemisphere maps and a lit sphere",
+    .summary = "pictures: lobes, maps, a lit sphere; or a page to explore",
     .description =
         "Draws SURFACE (a preset, see 'hetab surfaces', or a YAML file) or a table (.h5, .binary, "
         ".bsdf): its lobes in the plane of incidence, maps of the hemisphere of viewers on a "
@@ -199,6 +221,8 @@ const cli_command cli_view = {
         "included where it is known.\n\n"
         "A .png is one page. A .exr holds the numbers: parts sphere (radiance), "
         "map_theta_i_30.00deg and lobe_theta_i_30.00deg (1/sr) and so on, in linear sRGB, or with "
-        "--wavelength the same number in R, G and B.",
+        "--wavelength the same number in R, G and B.\n\nA .html is one file that explores the "
+        "model of SURFACE in a "
+        "browser with WebGL 2: sliders for all parameters, a lit sphere, lobes and reflectances.",
     .run = run,
 };

@@ -44,9 +44,16 @@ static void print_item(const hetab_scene *scene, const hetab_plan *plan, size_t 
 }
 
 static void print_sums(const hetab_scene *scene, const hetab_plan *plan) {
-  size_t of_kind[4] = {0};
-  for (size_t i = 0; i < plan->count; i++)
-    of_kind[plan->items[i].kind]++;
+  size_t of_kind[4] = {0}, beside = 0;
+  double share = 0.0;
+  for (size_t i = 0; i < plan->count; i++) {
+    const hetab_plan_item *item = &plan->items[i];
+    of_kind[item->kind]++;
+    if (!item->delta || item->kind > HETAB_PLAN_SHARED)
+      continue;
+    beside++;
+    share = fmax(share, item->delta_share);
+  }
   printf("%zu surfaces for %s: %zu tables, %zu shared, %zu mirrors, %zu plain; %.2f MB, %.1f s of "
          "one core\n",
          plan->count, hetab_consumer_name(hetab_scene_consumer(scene)), of_kind[0], of_kind[1],
@@ -54,6 +61,11 @@ static void print_sums(const hetab_scene *scene, const hetab_plan *plan) {
   if (plan->table_error > plan->asked_error)
     printf("the budget of %.3g MB leaves an error of %.2g %% for all, %.2g %% was asked for\n",
            1e-6 * plan->memory_bytes, 100.0 * plan->table_error, 100.0 * plan->asked_error);
+  if (beside && hetab_scene_consumer(scene) <= HETAB_CONSUMER_MERL)
+    printf(
+        "the delta of %zu surfaces, up to %.2g %% of what they reflect at one incidence, is beside "
+        "their tables, in NAME.specular.csv: the renderer alone does not read it\n",
+        beside, 100.0 * share);
   printf("instead of %.2f MB and %.1f s of dense HDF5 tables\n", 1e-6 * plan->dense_bytes,
          plan->dense_seconds);
 }

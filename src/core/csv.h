@@ -31,6 +31,7 @@ typedef struct hetab_csv_column {
   int wanted;  /* which of those looked for, or HETAB_CSV_OTHER */
   double unit; /* um or radians; 0: none that is known */
   hetab_quantity quantity;
+  bool strange; /* something stands where the unit should */
 } hetab_csv_column;
 
 typedef struct hetab_csv {

@@ -25,9 +25,9 @@ static void go_to(hetab_csv *csv, place to) {
 /* ---- names --------------------------------------------------------------------------------- */
 
 static int find_wanted(const char *name, const hetab_csv_wanted *wanted, size_t count,
-                       double *unit) {
+                       hetab_csv_column *c) {
   int best = 0, found = HETAB_CSV_OTHER;
-  *unit = 0;
+  c->unit = 0;
   for (size_t i = 0; i < count && best < 2; i++) {
     double its_unit;
     int likeness = hetab_names_quantity(name, wanted[i].names, wanted[i].quantity, &its_unit);
@@ -35,20 +35,24 @@ static int find_wanted(const char *name, const hetab_csv_wanted *wanted, size_t 
       continue;
     best = likeness;
     found = (int)i;
-    *unit = its_unit;
+    c->unit = its_unit;
+    c->strange = best == 1;
   }
   return found;
 }
 
-/* How many fields of the line at hand are wanted, were it separated so. */
+/* How many fields of the line at hand are wanted, were it separated so; names are no numbers. */
 static size_t count_wanted(hetab_csv *csv, const hetab_csv_wanted *wanted, size_t count,
                            char separator) {
   size_t found = 0;
-  double unit;
+  hetab_csv_column column;
   if (hetab_csv_split(csv, separator) != HETAB_OK)
     return 0;
-  for (size_t i = 0; i < csv->count; i++)
-    found += find_wanted(csv->field[i], wanted, count, &unit) >= 0;
+  for (size_t i = 0; i < csv->count; i++) {
+    if (hetab_csv_is_number(csv, csv->field[i]) || strchr(csv->field[i], '\t'))
+      return 0;
+    found += find_wanted(csv->field[i], wanted, count, &column) >= 0;
+  }
   return found;
 }
 
@@ -85,7 +89,7 @@ static hetab_status name_columns(hetab_csv *csv, const hetab_csv_wanted *wanted,
     c->name = strdup(csv->named ? csv->field[csv->columns] : number);
     if (!c->name)
       return hetab_fail(csv->ctx, HETAB_ERR_MEMORY, "%s: out of memory", csv->path);
-    c->wanted = csv->named ? find_wanted(c->name, wanted, count, &c->unit) : HETAB_CSV_OTHER;
+    c->wanted = csv->named ? find_wanted(c->name, wanted, count, c) : HETAB_CSV_OTHER;
     c->quantity = c->wanted >= 0 ? wanted[c->wanted].quantity : HETAB_PLAIN;
   }
   csv->head_line = csv->line;
@@ -125,6 +129,23 @@ static bool take_units(hetab_csv *csv) {
   return any;
 }
 
+/* Some headers have two tabs between names where the rows have one. */
+static void drop_empty_names(hetab_csv *csv) {
+  size_t kept = 0;
+  for (size_t i = 0; i < csv->columns; i++)
+    kept += *csv->column[i].name != '\0';
+  if (kept != csv->count)
+    return;
+  kept = 0;
+  for (size_t i = 0; i < csv->columns; i++) {
+    if (*csv->column[i].name)
+      csv->column[kept++] = csv->column[i];
+    else
+      free(csv->column[i].name);
+  }
+  csv->columns = kept;
+}
+
 /* Looks at the next line; stays before it, unless it is the units. */
 static hetab_status look_below(hetab_csv *csv, bool *numbers) {
   place before = here(csv);
@@ -137,6 +158,7 @@ static hetab_status look_below(hetab_csv *csv, bool *numbers) {
       before = here(csv);
       continue;
     }
+    drop_empty_names(csv);
     *numbers = holds_numbers(csv);
     break;
   }
@@ -235,7 +257,7 @@ static hetab_status search(hetab_csv *csv, const hetab_csv_wanted *wanted, size_
       return HETAB_OK;
     size_t score = split_header(csv, wanted, count);
     if (score > 0) {
-      bool sure = score >= 2 || score == csv->count;
+      bool sure = (score >= 2 || score == csv->count) && !strpbrk(csv->content, "=:");
       HETAB_TRY(take_header(csv, wanted, count, settled));
       if (*settled)
         return HETAB_OK;

@@ -11,10 +11,12 @@ typedef struct hetab_rule {
   const char *wanted; /* "a length from 1e-9 to 1e6 um" */
 } hetab_rule;
 
-extern const hetab_rule hetab_rule_length;      /* roughness and wavelengths, um */
-extern const hetab_rule hetab_rule_slope;       /* sigma0 / tau */
-extern const hetab_rule hetab_rule_n;           /* real part of the index */
-extern const hetab_rule hetab_rule_k;           /* imaginary part */
+extern const hetab_rule hetab_rule_length; /* roughness and wavelengths, um */
+extern const hetab_rule hetab_rule_slope;  /* sigma0 / tau */
+extern const hetab_rule hetab_rule_n;      /* real part of the index */
+extern const hetab_rule hetab_rule_k;      /* imaginary part */
+/* Of rows in files of indices, which may go on far beyond what is asked of them. */
+extern const hetab_rule hetab_rule_wavelength_data, hetab_rule_n_data, hetab_rule_k_data;
 extern const hetab_rule hetab_rule_reflectance; /* pi * BRDF */
 extern const hetab_rule hetab_rule_brdf;        /* 1/sr */
 extern const hetab_rule hetab_rule_any;         /* any finite number */

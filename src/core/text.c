@@ -100,8 +100,8 @@ static hetab_status convert(hetab_context *ctx, const char *path, const char *fr
 
 /* ---- files --------------------------------------------------------------------------------- */
 
-static hetab_status read_bytes(hetab_context *ctx, const char *path, size_t most, char **text,
-                               size_t *length) {
+hetab_status hetab_bytes_read(hetab_context *ctx, const char *path, size_t most, char **text,
+                              size_t *length) {
   FILE *file;
   HETAB_TRY(hetab_input_stream(ctx, path, HETAB_INPUT_TEXT, &file));
   hetab_status status = is_larger(file, most) ? fail_large(ctx, path, most)
@@ -124,13 +124,13 @@ static hetab_status check_text(hetab_context *ctx, const char *path, char **text
 }
 
 hetab_status hetab_text_read(hetab_context *ctx, const char *path, char **text, size_t *length) {
-  HETAB_TRY(read_bytes(ctx, path, MAX_BYTES, text, length));
+  HETAB_TRY(hetab_bytes_read(ctx, path, MAX_BYTES, text, length));
   return check_text(ctx, path, text, length);
 }
 
 hetab_status hetab_text_read_any(hetab_context *ctx, const char *path, size_t most, char **text,
                                  size_t *length) {
-  HETAB_TRY(read_bytes(ctx, path, most, text, length));
+  HETAB_TRY(hetab_bytes_read(ctx, path, most, text, length));
   bool little = *length >= 2 && memcmp(*text, "\xFF\xFE", 2) == 0;
   bool big = *length >= 2 && memcmp(*text, "\xFE\xFF", 2) == 0;
   if (little || big)

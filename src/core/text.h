@@ -14,6 +14,10 @@ hetab_status hetab_text_read(hetab_context *ctx, const char *path, char **text, 
 hetab_status hetab_text_read_any(hetab_context *ctx, const char *path, size_t most, char **text,
                                  size_t *length);
 
+/* The same of bytes of any kind; one byte, 0, follows them. */
+hetab_status hetab_bytes_read(hetab_context *ctx, const char *path, size_t most, char **bytes,
+                              size_t *length);
+
 /* The line, from 1, of text[offset]. */
 size_t hetab_text_line(const char *text, size_t offset);
 

@@ -62,11 +62,12 @@ static double left_out(const integration *in) {
   return 1e-3 * in->tolerance;
 }
 
-/* The end of the octave of wavelengths that begins with a band. */
+/* The end of the octave of wavelengths that begins with a band, whose kink is in one place. */
 static size_t octave_end(const integration *in, size_t first) {
   const hetab_band *bands = hetab_surface_bands(in->surface);
   size_t end = first + 1;
-  while (end < in->band_count && bands[end].lambda_um <= 2.0 * bands[first].lambda_um)
+  while (end < in->band_count && bands[end].lambda_um <= 2.0 * bands[first].lambda_um &&
+         hetab_hemisphere_kink(&bands[first]) == hetab_hemisphere_kink(&bands[end]))
     end++;
   return end;
 }
@@ -82,7 +83,10 @@ static job job_of(const integration *in, const hetab_hemisphere *at, size_t angl
     j.rounding = fmax(j.rounding, rounding_of(in, band));
     j.at.reach = fmax(j.at.reach, hetab_hemisphere_reach(at, &wave, left_out(in)));
   }
-  j.rays = RAYS_UNIT * (size_t)ceil(at->period / (RAYS_UNIT * FIRST_STEP));
+  double kink = hetab_hemisphere_kink(&hetab_surface_bands(in->surface)[first]);
+  if (kink > 0.0)
+    hetab_hemisphere_split(&j.at, kink);
+  j.rays = RAYS_UNIT * (size_t)ceil(at->period / (RAYS_UNIT * FIRST_STEP)) * j.at.panels;
   j.nodes = FIRST_NODES;
   return j;
 }
@@ -210,8 +214,8 @@ typedef struct estimate {
 
 /* Of one integral: sums[ray][stride] over its rays. Differences along rays add up as magnitudes, so
  * that no two of them pass for convergence. */
-static estimate estimate_of(const integration *in, const void *sums, size_t first, size_t stride,
-                            size_t rays) {
+static estimate estimate_of(const integration *in, const job *j, const void *sums, size_t first) {
+  size_t stride = j->band_count, rays = j->rays;
   double all = 0.0, even = 0.0, along = 0.0;
   for (size_t r = 0; r <= rays; r++) {
     size_t at = (first + r * stride) * HETAB_SUM_REALS;
@@ -256,13 +260,13 @@ static size_t grown(size_t count, size_t unit, double error, double goal) {
 static void judge(integration *in, job *j, const void *sums, size_t first) {
   double along = 0.0, across = 0.0, worst = 0.0;
   for (size_t b = 0; b < j->band_count; b++) {
-    estimate e = estimate_of(in, sums, first + b, j->band_count, j->rays);
+    estimate e = estimate_of(in, j, sums, first + b);
     store(in, j, j->first_band + b, &e);
     along = fmax(along, e.along);
     across = fmax(across, e.across);
     worst = fmax(worst, e.along + e.across);
   }
-  size_t rays = grown(j->rays, RAYS_UNIT, across, 0.5 * goal(in, j));
+  size_t rays = grown(j->rays, RAYS_UNIT * j->at.panels, across, 0.5 * goal(in, j));
   size_t nodes = grown(j->nodes, NODES_UNIT, along, 0.5 * goal(in, j));
   j->done = worst <= goal(in, j) || (rays + 1) * nodes > MOST_NODES;
   if (!j->done) {

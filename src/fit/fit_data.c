@@ -173,6 +173,7 @@ static hetab_status copy_values(hetab_context *ctx, const hetab_measurements *m,
     for (size_t b = 0; b < data->bands; b++) {
       double value = values[data->band_of[b]];
       data->missing += isnan(value) != 0;
+      data->negative += value < 0;
       data->measured[i * data->bands + b] = isnan(value) ? 0 : value;
       data->weight[i * data->bands + b] = !isnan(value);
     }
@@ -245,6 +246,7 @@ static hetab_status number_incidences(hetab_context *ctx, hetab_fit_data *data) 
 
 hetab_status hetab_fit_data_select(hetab_context *ctx, const hetab_measurements *measurements,
                                    const hetab_fit_options *options, hetab_fit_data *data) {
+  data->below_horizon = hetab_measurements_skipped_of(measurements).below_horizon;
   HETAB_TRY(choose_bands(ctx, measurements, options, data));
   HETAB_TRY(sort_bands(ctx, measurements, data));
   HETAB_TRY(choose_pairs(ctx, measurements, options, data));
@@ -325,7 +327,7 @@ static hetab_status check_bands(hetab_context *ctx, const hetab_fit_data *data) 
     if (!(weight > 0 && sum > 0))
       return hetab_fail(ctx, HETAB_ERR_RANGE,
                         "%g nm: all measurements are %s: leave this wavelength out",
-                        1e3 * data->lambda_um[b], weight > 0 ? "0" : "missing");
+                        1e3 * data->lambda_um[b], weight > 0 ? "0 or below" : "missing");
   }
   return HETAB_OK;
 }

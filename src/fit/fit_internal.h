@@ -39,7 +39,7 @@ typedef struct hetab_fit_data {
   double *theta_i;         /* [incidence_count] */
   size_t incidence_count;
   double scale; /* of the objective: sum w f^2, or sum w for logarithms */
-  size_t values, missing, thinned;
+  size_t values, missing, negative, below_horizon, thinned;
 } hetab_fit_data;
 
 hetab_status hetab_fit_data_select(hetab_context *ctx, const hetab_measurements *measurements,

@@ -203,13 +203,18 @@ static void note_specular(notes *n) {
 static void note_data(notes *n) {
   const hetab_fit_data *data = &n->p->data;
   size_t zeros = data->count * data->bands - data->missing - data->values;
+  if (data->below_horizon)
+    note(n, "%zu rows of the file lie below the horizon and were left out.", data->below_horizon);
   if (data->missing)
     note(n, "%zu values are missing.", data->missing);
+  if (data->negative && n->p->options.weights != HETAB_FIT_WEIGHTS_LOG)
+    note(n, "%zu values are below 0, as noise about a weak signal is; they are in the fit.",
+         data->negative);
   if (data->thinned)
     note(n, "%zu pairs of directions were left out evenly, to keep %zu.", data->thinned,
          data->count);
   if (n->p->options.weights == HETAB_FIT_WEIGHTS_LOG && zeros)
-    note(n, "%zu values of 0 have no logarithm and were left out.", zeros);
+    note(n, "%zu values of 0 or below have no logarithm and were left out.", zeros);
 }
 
 hetab_status hetab_fit_add_notes(const hetab_fit_problem *problem, hetab_fit *fit) {

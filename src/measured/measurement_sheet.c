@@ -12,6 +12,8 @@
 static const double shortest_um = 0.01, longest_um = 100;
 static const size_t most_bytes = (size_t)1 << 31; /* of values */
 
+const double hetab_rgb_um[3] = {0.61, 0.55, 0.46};
+
 hetab_status hetab_sheet_fail(hetab_sheet *sheet, const char *format, ...) {
   char text[800];
   va_list args;
@@ -110,13 +112,9 @@ static hetab_directions fold(const hetab_measured_angles *a) {
 }
 
 static double counted(hetab_sheet *sheet, double value) {
-  if (!isfinite(value))
-    sheet->skipped.not_finite++;
-  else if (value < 0)
-    sheet->skipped.negative++;
-  else
-    return value;
-  return NAN;
+  sheet->skipped.not_finite += isfinite(value) ? 0 : 1;
+  sheet->skipped.negative += value < 0 && isfinite(value);
+  return isfinite(value) ? value : (double)NAN;
 }
 
 hetab_status hetab_sheet_add(hetab_sheet *sheet, const hetab_measured_angles *angles,
@@ -130,7 +128,7 @@ hetab_status hetab_sheet_add(hetab_sheet *sheet, const hetab_measured_angles *an
   }
   double *row = sheet->values + sheet->count * sheet->wavelengths;
   for (size_t i = 0; i < sheet->wavelengths; i++)
-    if (isfinite(values[i]) && values[i] > HETAB_MOST_BRDF)
+    if (isfinite(values[i]) && fabs(values[i]) > HETAB_MOST_BRDF)
       return hetab_sheet_fail(sheet, "a BRDF of %g / sr is no surface's: give at most %g / sr",
                               values[i], HETAB_MOST_BRDF);
   for (size_t i = 0; i < sheet->wavelengths; i++)
@@ -160,9 +158,9 @@ hetab_status hetab_sheet_finish(hetab_sheet *sheet, hetab_measurements **out) {
   const hetab_measurements_skipped *s = &sheet->skipped;
   if (!has_value(sheet))
     return hetab_sheet_fail(sheet,
-                            "no usable value (%zu rows below the horizon, %zu values negative, %zu "
-                            "not finite): give rows with measured values",
-                            s->below_horizon, s->negative, s->not_finite);
+                            "no usable value (%zu rows below the horizon, %zu values not finite): "
+                            "give rows with measured values",
+                            s->below_horizon, s->not_finite);
   char name[128];
   name_of(sheet->path, name, sizeof name);
   HETAB_TRY(hetab_measurements_new(sheet->ctx, name, sheet->wavelengths, sheet->count, out));

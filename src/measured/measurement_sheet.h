@@ -10,8 +10,10 @@
 typedef struct hetab_sheet {
   hetab_context *ctx;
   const char *path;
-  hetab_csv csv;     /* of text */
-  size_t first_line; /* of its rows */
+  hetab_csv csv;          /* of text */
+  size_t first_line;      /* of its rows */
+  const double *given_um; /* [given] wavelengths of columns that name none */
+  size_t given;
   double *lambda_um; /* [wavelengths], ascending */
   size_t *column;    /* [wavelengths]: where the file's i-th wavelength goes */
   size_t wavelengths;
@@ -26,6 +28,9 @@ typedef struct hetab_sheet {
 typedef struct hetab_measured_angles {
   double theta_i, phi_i, theta_r, phi_r;
 } hetab_measured_angles;
+
+/* What red, green and blue are taken for. */
+extern const double hetab_rgb_um[3];
 
 /* The wavelengths in the file's order; sorted here. HETAB_ERR_PARSE for one that occurs twice, or
  * that must be in another unit. */
@@ -47,6 +52,7 @@ hetab_status hetab_measurements_read_brdf(hetab_sheet *sheet);
 hetab_status hetab_measurements_read_astm(hetab_sheet *sheet);
 hetab_status hetab_measurements_read_csv(hetab_sheet *sheet);
 hetab_status hetab_measurements_read_merl(hetab_sheet *sheet);
+hetab_status hetab_measurements_read_rgl(hetab_sheet *sheet);
 hetab_status hetab_measurements_read_h5(hetab_sheet *sheet);
 
 #endif

@@ -69,15 +69,15 @@ static double folded(double phi) {
 /* Values that are none become NaN. */
 static hetab_status clean_values(hetab_context *ctx, hetab_measurements *m, double *values) {
   for (size_t b = 0; b < m->wavelengths; b++) {
-    if (isfinite(values[b]) && values[b] > HETAB_MOST_BRDF)
+    if (isfinite(values[b]) && fabs(values[b]) > HETAB_MOST_BRDF)
       return hetab_fail(ctx, HETAB_ERR_RANGE,
                         "%s: a BRDF of %g / sr is no surface's: give at most %g / sr", m->name,
                         values[b], HETAB_MOST_BRDF);
-    if (isinf(values[b]) || values[b] < 0) {
-      m->skipped.not_finite += isinf(values[b]) != 0;
-      m->skipped.negative += isinf(values[b]) == 0;
+    if (isinf(values[b])) {
+      m->skipped.not_finite++;
       values[b] = NAN;
     }
+    m->skipped.negative += values[b] < 0;
   }
   return HETAB_OK;
 }

@@ -2,6 +2,7 @@
  * E1392 style files are such tables, whose names stand in the line VARS and whose angles are
  * radians. Rows of one pair of directions are brought together; a pair that was measured twice at a
  * wavelength stays two. */
+#include <ctype.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,7 +10,7 @@
 
 #include "measured/measurement_sheet.h"
 
-enum { THETA_I, THETA_R, PHI, PHI_I, PHI_R, WAVELENGTH, VALUE, ROLES };
+enum { THETA_I, THETA_R, PHI, PHI_I, PHI_R, WAVELENGTH, VALUE, VALUE_COS, FACTOR, ROLES };
 
 static const hetab_csv_wanted wanted[ROLES] = {
     [THETA_I] = {"thetai", HETAB_ANGLE},
@@ -18,7 +19,10 @@ static const hetab_csv_wanted wanted[ROLES] = {
     [PHI_I] = {"phii", HETAB_ANGLE},
     [PHI_R] = {"phir|phis", HETAB_ANGLE},
     [WAVELENGTH] = {"wavelength|lambda|wl", HETAB_LENGTH},
-    [VALUE] = {"f|brdf|total", HETAB_PLAIN}, /* total: what `hetab eval` writes */
+    [VALUE] = {"f|fr|brdf|total", HETAB_PLAIN}, /* total: what `hetab eval` writes */
+    [VALUE_COS] = {"fcos|frcos|brdfcos|cosbrdf|ccbrdf|cosinecorrectedbrdf|brdfcostheta|brdfxcos",
+                   HETAB_PLAIN},
+    [FACTOR] = {"reflectancefactor|radiancefactor|rf|brf", HETAB_PLAIN}, /* pi times a BRDF */
 };
 static const char example[] = "wavelength_nm,theta_i_deg,theta_r_deg,phi_deg,f";
 static const double degree = M_PI / 180;
@@ -32,6 +36,7 @@ typedef struct table {
   hetab_sheet *sheet;
   hetab_csv *csv; /* the sheet's */
   size_t at[ROLES];
+  int value;    /* VALUE, VALUE_COS or FACTOR */
   size_t *wide; /* [wavelengths] columns named by their wavelength */
   double *lambda_um;
   size_t wavelengths; /* of those; 0: a value a row */
@@ -57,6 +62,28 @@ static double wavelength_of(const char *name) {
   return unit > 0 && hetab_number_parse(end, &value) ? hetab_in_unit(value, unit) : 0;
 }
 
+/* Columns R, G, B, or values whose wavelengths were given. */
+static void find_unnamed(table *t) {
+  static const char *const sets[] = {"RGB", "XYZ"};
+  hetab_csv *csv = t->csv;
+  for (int set = 0; set < 2 && !t->wavelengths; set++) {
+    size_t found = 0;
+    for (size_t i = 0; i < csv->columns && found < 3; i++)
+      if (toupper((unsigned char)csv->column[i].name[0]) == sets[set][found] &&
+          !csv->column[i].name[1])
+        t->wide[found++] = i;
+    const double *um = t->sheet->given == 3 ? t->sheet->given_um : set == 0 ? hetab_rgb_um : NULL;
+    for (t->wavelengths = found == 3 && um ? 3 : 0, found = 0; found < t->wavelengths; found++)
+      t->lambda_um[found] = um[found];
+  }
+  if (t->wavelengths || t->at[VALUE] == HETAB_CSV_ABSENT || t->at[WAVELENGTH] != HETAB_CSV_ABSENT ||
+      t->sheet->given != 1)
+    return;
+  t->wide[0] = t->at[VALUE];
+  t->lambda_um[0] = t->sheet->given_um[0];
+  t->wavelengths = 1;
+}
+
 static hetab_status find_wide(table *t) {
   hetab_csv *csv = t->csv;
   t->wide = hetab_alloc(csv->ctx, csv->columns, sizeof *t->wide);
@@ -72,6 +99,8 @@ static hetab_status find_wide(table *t) {
       t->lambda_um[t->wavelengths++] = lambda_um;
     }
   }
+  if (!t->wavelengths)
+    find_unnamed(t);
   return HETAB_OK;
 }
 
@@ -101,8 +130,16 @@ static hetab_status find_columns(table *t) {
   HETAB_TRY(find_wide(t));
   if (t->wavelengths)
     return hetab_sheet_begin(t->sheet, t->lambda_um, t->wavelengths);
-  HETAB_TRY(need(t, WAVELENGTH,
-                 "wavelength_nm, and no wavelength in the names of others, such as 550nm"));
+  if (t->at[WAVELENGTH] == HETAB_CSV_ABSENT)
+    return hetab_csv_fail(t->csv,
+                          "no wavelength: name a column wavelength_nm, or columns of values "
+                          "by it, such as 550nm, or give --wavelengths; the header is %s",
+                          example);
+  for (int role = VALUE; role <= FACTOR; role++)
+    if (t->at[role] != HETAB_CSV_ABSENT) {
+      t->value = role;
+      return HETAB_OK;
+    }
   return need(t, VALUE, "f");
 }
 
@@ -148,7 +185,12 @@ static hetab_status read_row(table *t) {
   *r = (row){.line = t->csv->line};
   HETAB_TRY(read_angles(t, r->numbers));
   HETAB_TRY(hetab_csv_number(t->csv, t->at[WAVELENGTH], &wavelength, &r->numbers[WAVELENGTH]));
-  return hetab_csv_value(t->csv, t->at[VALUE], &r->numbers[VALUE]);
+  HETAB_TRY(hetab_csv_value(t->csv, t->at[t->value], &r->numbers[VALUE]));
+  if (t->value == VALUE_COS)
+    r->numbers[VALUE] /= cos(r->numbers[THETA_R]);
+  if (t->value == FACTOR)
+    r->numbers[VALUE] /= M_PI;
+  return HETAB_OK;
 }
 
 /* Radians in columns of degrees: a scan that never leaves the normal's neighbourhood. */

@@ -14,6 +14,7 @@ enum { MAX_TEXT = 256 << 20, SIGNATURE = 12 };
 
 static const char *const h5_extensions[] = {".h5", ".hdf5", NULL};
 static const char *const merl_extensions[] = {".binary", NULL};
+static const char *const rgl_extensions[] = {".bsdf", NULL};
 static const char *const brdf_extensions[] = {".brdf", NULL};
 static const char *const astm_extensions[] = {".astm", NULL};
 static const char *const csv_extensions[] = {".csv", NULL};
@@ -67,6 +68,7 @@ static hetab_status read_text(hetab_sheet *sheet) {
 
 static hetab_status read_file(hetab_sheet *sheet) {
   static const unsigned char h5[] = {0x89, 'H', 'D', 'F'}, merl[] = {90, 0, 0, 0, 90, 0, 0, 0, 180};
+  static const unsigned char rgl[] = "tensor_file";
   unsigned char signature[SIGNATURE];
   read_signature(sheet->ctx, sheet->path, signature);
   if (memcmp(signature, h5, sizeof h5) == 0 || hetab_has_extension(sheet->path, h5_extensions))
@@ -74,12 +76,16 @@ static hetab_status read_file(hetab_sheet *sheet) {
   if (memcmp(signature, merl, sizeof merl) == 0 ||
       hetab_has_extension(sheet->path, merl_extensions))
     return hetab_measurements_read_merl(sheet);
+  if (memcmp(signature, rgl, sizeof rgl - 1) == 0 ||
+      hetab_has_extension(sheet->path, rgl_extensions))
+    return hetab_measurements_read_rgl(sheet);
   return read_text(sheet);
 }
 
-hetab_status hetab_measurements_load(hetab_context *ctx, const char *path,
-                                     hetab_measurements **out) {
-  hetab_sheet sheet = {.ctx = ctx, .path = path};
+hetab_status hetab_measurements_load_at(hetab_context *ctx, const char *path,
+                                        const double *lambda_um, size_t count,
+                                        hetab_measurements **out) {
+  hetab_sheet sheet = {.ctx = ctx, .path = path, .given_um = lambda_um, .given = count};
   *out = NULL;
   hetab_status status = read_file(&sheet);
   if (status == HETAB_OK)
@@ -87,4 +93,9 @@ hetab_status hetab_measurements_load(hetab_context *ctx, const char *path,
   hetab_sheet_clear(&sheet);
   hetab_csv_clear(&sheet.csv);
   return status;
+}
+
+hetab_status hetab_measurements_load(hetab_context *ctx, const char *path,
+                                     hetab_measurements **out) {
+  return hetab_measurements_load_at(ctx, path, NULL, 0, out);
 }

@@ -1,13 +1,15 @@
-/* MERL tables: 1,458,000 cells are more than a fit needs, and their incidences are all different.
- * Here are the directions of a gonioreflectometer, interpolated between the cells' centres. */
+/* MERL and RGL tables. MERL: 1,458,000 cells are more than a fit needs, and their incidences are
+ * all different. Here are the directions of a gonioreflectometer, interpolated between the cells'
+ * centres. */
 #include <math.h>
 
 #include <hetab/merl.h>
+#include <hetab/rgl.h>
 
 #include "measured/measurement_sheet.h"
 #include "table/half_diff.h"
 
-enum { CHANNELS = 3, CORNERS = 8 };
+enum { CHANNELS = 3, CORNERS = 8, MOST_CHANNELS = 4096 };
 
 /* In degrees; theta_r every 2.5 so that every theta_i has its mirror direction. */
 enum { THETA_I_STEP = 10, THETA_I_END = 80, THETA_R_END = 85, PHI_STEP = 15 };
@@ -56,36 +58,65 @@ static void interpolate(const hetab_merl *merl, const double place[3], double va
     values[c] = weights > 0 ? sum[c] / weights : (double)NAN;
 }
 
-static hetab_status add_direction(hetab_sheet *sheet, const hetab_merl *merl, double theta_i_deg,
-                                  double theta_r_deg, double phi_deg) {
-  hetab_measured_angles angles = {theta_i_deg * M_PI / 180, 0, theta_r_deg * M_PI / 180,
-                                  phi_deg * M_PI / 180};
-  hetab_half_diff half = hetab_half_diff_of(angles.theta_i, angles.theta_r, angles.phi_r);
+/* ---- directions ---------------------------------------------------------------------------- */
+
+/* What a table holds at a pair of directions. */
+typedef void (*table_at)(const void *table, const hetab_measured_angles *angles, double *values);
+
+static void merl_at(const void *table, const hetab_measured_angles *angles, double *values) {
+  hetab_half_diff half = hetab_half_diff_of(angles->theta_i, angles->theta_r, angles->phi_r);
   double place[3] = {HETAB_MERL_THETA_H * sqrt(half.theta_h / M_PI_2),
                      HETAB_MERL_THETA_D * half.theta_d / M_PI_2,
                      HETAB_MERL_PHI_D * half.phi_d / M_PI};
-  double values[CHANNELS];
-  interpolate(merl, place, values);
-  return hetab_sheet_add(sheet, &angles, values);
+  interpolate(table, place, values);
 }
 
-static hetab_status add_incidence(hetab_sheet *sheet, const hetab_merl *merl, double theta_i_deg) {
+static void rgl_at(const void *table, const hetab_measured_angles *a, double *values) {
+  float wi[3] = {(float)sin(a->theta_i), 0, (float)cos(a->theta_i)}, found[MOST_CHANNELS];
+  float wo[3] = {(float)(sin(a->theta_r) * cos(a->phi_r)), (float)(sin(a->theta_r) * sin(a->phi_r)),
+                 (float)cos(a->theta_r)};
+  hetab_rgl_eval(table, wi, wo, found);
+  for (size_t c = 0; c < hetab_rgl_channel_count(table); c++)
+    values[c] = (double)found[c];
+}
+
+static hetab_status add_incidence(hetab_sheet *sheet, table_at at, const void *table,
+                                  double theta_i_deg) {
+  double values[MOST_CHANNELS];
   for (double theta_r = 0; theta_r <= THETA_R_END; theta_r += theta_r_step) {
     /* At the normal every azimuth is the same direction. */
     int first = theta_i_deg == 0 || theta_r == 0 ? 180 : 0;
-    for (int phi = first; phi <= 180; phi += PHI_STEP)
-      HETAB_TRY(add_direction(sheet, merl, theta_i_deg, theta_r, phi));
+    for (int phi = first; phi <= 180; phi += PHI_STEP) {
+      hetab_measured_angles angles = {theta_i_deg * M_PI / 180, 0, theta_r * M_PI / 180,
+                                      phi * M_PI / 180};
+      at(table, &angles, values);
+      HETAB_TRY(hetab_sheet_add(sheet, &angles, values));
+    }
   }
   return HETAB_OK;
 }
 
+static hetab_status sample(hetab_sheet *sheet, table_at at, const void *table,
+                           const double *lambda_um, size_t channels) {
+  HETAB_TRY(hetab_sheet_begin(sheet, lambda_um ? lambda_um : hetab_rgb_um, channels));
+  for (int theta_i = 0; theta_i <= THETA_I_END; theta_i += THETA_I_STEP)
+    HETAB_TRY(add_incidence(sheet, at, table, theta_i));
+  return HETAB_OK;
+}
+
 hetab_status hetab_measurements_read_merl(hetab_sheet *sheet) {
-  static const double lambda_um[CHANNELS] = {0.61, 0.55, 0.46}; /* red, green, blue */
   hetab_merl *merl;
   HETAB_TRY(hetab_merl_load(sheet->ctx, sheet->path, &merl));
-  hetab_status status = hetab_sheet_begin(sheet, lambda_um, CHANNELS);
-  for (int theta_i = 0; theta_i <= THETA_I_END && status == HETAB_OK; theta_i += THETA_I_STEP)
-    status = add_incidence(sheet, merl, theta_i);
+  hetab_status status = sample(sheet, merl_at, merl, NULL, CHANNELS);
   hetab_merl_free(merl);
+  return status;
+}
+
+hetab_status hetab_measurements_read_rgl(hetab_sheet *sheet) {
+  hetab_rgl *rgl;
+  HETAB_TRY(hetab_rgl_load(sheet->ctx, sheet->path, &rgl));
+  hetab_status status =
+      sample(sheet, rgl_at, rgl, hetab_rgl_wavelengths_um(rgl), hetab_rgl_channel_count(rgl));
+  hetab_rgl_free(rgl);
   return status;
 }

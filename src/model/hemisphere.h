@@ -19,12 +19,17 @@
 
 #include "model/model.h"
 
+enum { HETAB_HEMISPHERE_PANELS = 3 };
+
 /* One incidence. */
 typedef struct hetab_hemisphere {
   hetab_direction in; /* mu > 0 */
   double tau_2sigma;
   double reach;  /* rho where rays end, if the rim is farther: f is negligible beyond */
   double period; /* of u: psi = pi */
+  double kink;   /* cos^2(theta_d) where |F|^2 has its kink; 0: it is smooth */
+  size_t panels; /* of u, between the rays at which something happens at the kink */
+  double cut[HETAB_HEMISPHERE_PANELS + 1]; /* their ends */
 } hetab_hemisphere;
 
 /* theta_i in radians, [0, pi/2). The reach is the whole disc. */
@@ -36,9 +41,18 @@ hetab_hemisphere hetab_hemisphere_at(double theta_i, double tau_2sigma);
 double hetab_hemisphere_reach(const hetab_hemisphere *at, const hetab_wave *wave,
                               double negligible);
 
+/* Total reflection: with n < 1 and k near 0, |F|^2 has a kink at the critical angle, where no rule
+ * for smooth functions converges fast, nor says so. cos^2(theta_d) there, or 0. */
+double hetab_hemisphere_kink(const hetab_band *band);
+
+/* From now on rays are cut where they meet the kink, and panels of rays where one touches it or
+ * meets it at the rim. */
+void hetab_hemisphere_split(hetab_hemisphere *at, double kink);
+
 /* A rule has `rays` + 1 rays, number 0 .. rays, over the half disc, and `nodes` nodes along each;
- * both even, nodes a multiple of 32 (their halves are whole vectors). The even rays are the rule
- * with half as many rays; the first half of each ray's nodes is the rule with half as many nodes.
+ * rays a multiple of twice the panels, nodes a multiple of 32 (their halves are whole vectors). The
+ * even rays are the rule with half as many rays; the first half of each ray's nodes is the rule
+ * with half as many nodes.
  */
 typedef struct hetab_node {
   double cos2_d;   /* cos^2(theta_d) */

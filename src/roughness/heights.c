@@ -75,11 +75,17 @@ hetab_status hetab_heights_create(hetab_context *ctx, const char *name, hetab_he
   return hetab_heights_keep(ctx, HETAB_OK, out);
 }
 
+hetab_status hetab_heights_note(hetab_context *ctx, hetab_heights *heights, const char *note) {
+  heights->note = strdup(note);
+  return heights->note ? HETAB_OK : hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for a note");
+}
+
 void hetab_heights_free(hetab_heights *heights) {
   if (!heights)
     return;
   free(heights->name);
   free(heights->z_um);
+  free(heights->note);
   free(heights);
 }
 

@@ -16,10 +16,11 @@ static hetab_status read_text(hetab_context *ctx, const char *path, char **text)
   hetab_status status = hetab_text_read_any(ctx, path, most_bytes, text, &length);
   if (status != HETAB_ERR_PARSE)
     return status;
-  return hetab_fail(ctx, status,
-                    "%s: neither X3P, nor SDF, nor text below 1 GiB: export the scan as one of "
-                    "them",
-                    path);
+  return hetab_fail(
+      ctx, status,
+      "%s: neither X3P, nor SDF, nor .sur, nor text below 1 GiB: export the scan as one of "
+      "them",
+      path);
 }
 
 /* The file's first bytes. Of a pipe none, for its reader would miss them: it is text. */
@@ -41,13 +42,13 @@ static hetab_status read_by_content(hetab_context *ctx, const char *path,
   HETAB_TRY(read_signature(ctx, path, head));
   if (starts(head, "PK\3\4"))
     return hetab_scan_x3p(ctx, path, options, out);
-  if (starts(head, "bISO") || starts(head, "bBCR"))
-    return hetab_fail(ctx, HETAB_ERR_UNSUPPORTED, "%s: binary SDF: export the scan as ASCII SDF",
-                      path);
+  if (starts(head, "bISO") || starts(head, "bBCR") || starts(head, "DIGI") || starts(head, "DSCO"))
+    return hetab_scan_binary(ctx, path, out);
   HETAB_TRY(read_text(ctx, path, &text));
-  hetab_status status = starts(text, "aISO") || starts(text, "aBCR")
-                            ? hetab_scan_sdf(ctx, path, text, out)
-                            : hetab_scan_text(ctx, path, text, options, out);
+  hetab_status status =
+      starts(text, "aISO") || starts(text, "aBCR") ? hetab_scan_sdf(ctx, path, text, out)
+      : starts(text, "Zygo ASCII")                 ? hetab_scan_zygo(ctx, path, text, out)
+                                                   : hetab_scan_text(ctx, path, text, options, out);
   free(text);
   return status;
 }

@@ -5,8 +5,9 @@
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include "roughness/heights.h"
 
-enum { MOST_NOTES = 12 };
+enum { MOST_NOTES = 16 };
 
 typedef struct note_taker {
   hetab_context *ctx;
@@ -158,13 +159,33 @@ static void note_cutoff(note_taker *t) {
             "there to be removed, or the scans are too short to see it.");
 }
 
+/* Surfaces that scatter light are flat: steeper ones are mostly units mixed up. */
+static void note_steep(note_taker *t) {
+  const hetab_component *c = t->main;
+  if (c->slope.mean > 1 || c->rms_slope.mean > 1)
+    note(t,
+         "sigma / tau is %.3g and the rms slope %.3g, %.0f degrees: are the units of places and "
+         "heights the right ones? --unit mm,um gives them apart.",
+         c->slope.mean, c->rms_slope.mean, atan(c->rms_slope.mean) * 180 / M_PI);
+}
+
+/* How the files were read. */
+static void note_reading(note_taker *t, const hetab_heights *const *heights, size_t inputs) {
+  for (size_t i = 0; i < inputs; i++)
+    if (heights[i]->note)
+      note(t, "%s", heights[i]->note);
+}
+
 hetab_status hetab_roughness_notes(hetab_context *ctx, hetab_roughness *roughness,
+                                   const hetab_heights *const *heights, size_t inputs,
                                    double wavelength_um) {
   note_taker t = {ctx, roughness, roughness->small.count ? &roughness->small : &roughness->raw,
                   HETAB_OK};
   roughness->notes = hetab_alloc(ctx, MOST_NOTES, sizeof *roughness->notes);
   if (!roughness->notes)
     return HETAB_ERR_MEMORY;
+  note_reading(&t, heights, inputs);
+  note_steep(&t);
   note_distribution(&t);
   note_jagged(&t);
   note_scales(&t);

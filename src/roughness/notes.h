@@ -7,6 +7,7 @@
 
 /* Fills notes, note_count and curvature_um. */
 hetab_status hetab_roughness_notes(hetab_context *ctx, hetab_roughness *roughness,
+                                   const hetab_heights *const *heights, size_t inputs,
                                    double wavelength_um);
 
 #endif

@@ -1,6 +1,7 @@
 /* Heights at places of their own, on an even grid. */
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 #include "roughness/heights.h"
 
 typedef struct places {
@@ -39,6 +40,47 @@ static hetab_status usual_step(const places *p, double *step) {
         p->ctx, HETAB_ERR_PARSE,
         "%s: x does not always increase: sort the points, and leave out repeated ones", p->name);
   *step = sum / (double)like;
+  return HETAB_OK;
+}
+
+/* The last decimal that the places have: 0.1, 0.001 ... of a um; 0: too many. */
+static double last_decimal(const places *p) {
+  for (double quantum = 1; quantum > 1e-7; quantum /= 10) {
+    size_t i = 0;
+    while (i < p->count && fabs(p->x_um[i] / quantum - round(p->x_um[i] / quantum)) < 1e-4)
+      i++;
+    if (i == p->count)
+      return quantum;
+  }
+  return 0;
+}
+
+/* Whether even places, rounded to their last decimal, give these: several steps differ (one would
+ * be a gap), and none is off the line by more than the rounding. *step is that line's slope. */
+static bool are_rounded(const places *p, double *step) {
+  enum { LEAST = 32, LEAST_DIFFERENT = 4 };
+  double n = (double)p->count, quantum = last_decimal(p), sum = 0, moment = 0;
+  size_t shorter = 0;
+  if (p->count < LEAST || quantum == 0)
+    return false;
+  for (size_t i = 0; i < p->count; i++) {
+    sum += p->x_um[i];
+    moment += ((double)i - (n - 1) / 2) * p->x_um[i];
+  }
+  double slope = 12 * moment / (n * (n * n - 1)), first = sum / n - slope * (n - 1) / 2;
+  for (size_t i = 0; i < p->count; i++) {
+    if (fabs(p->x_um[i] - first - slope * (double)i) > 0.6 * quantum)
+      return false;
+    shorter += i > 0 && p->x_um[i] - p->x_um[i - 1] < slope;
+  }
+  *step = slope;
+  return shorter >= LEAST_DIFFERENT && p->count - 1 - shorter >= LEAST_DIFFERENT;
+}
+
+static hetab_status put_in_order(const places *p, double step_um, hetab_heights **out) {
+  HETAB_TRY(hetab_heights_new(p->ctx, p->name, p->count, p->rows, out));
+  (*out)->spacing_um = step_um;
+  memcpy((*out)->z_um, p->z_um, p->rows * p->count * sizeof *p->z_um);
   return HETAB_OK;
 }
 
@@ -97,6 +139,8 @@ hetab_status hetab_heights_from_places(hetab_context *ctx, const char *name, con
   const places p = {ctx, name, x_um, z_um, count, rows};
   double step = 0;
   *out = NULL;
+  if (!(resample_um > 0) && are_rounded(&p, &step))
+    return put_in_order(&p, step, out);
   HETAB_TRY(usual_step(&p, &step));
   HETAB_TRY(new_grid(&p, resample_um > 0 ? resample_um : step, out));
   if (resample_um > 0) {

@@ -83,7 +83,8 @@ static hetab_status measure(hetab_context *ctx, const hetab_scan_list *list,
     return none_left(ctx, list, 0);
   if (o->cutoff_um != 0)
     HETAB_TRY(measure_small(ctx, list, o, r));
-  return hetab_roughness_notes(ctx, r, o->wavelength_um > 0 ? o->wavelength_um : 0.7);
+  return hetab_roughness_notes(ctx, r, list->heights, list->inputs,
+                               o->wavelength_um > 0 ? o->wavelength_um : 0.7);
 }
 
 hetab_status hetab_roughness_measure(hetab_context *ctx, const hetab_heights *const *heights,

@@ -23,7 +23,8 @@ typedef struct x3p_file {
   x3p_description about;
   unsigned char *points, *valid; /* the binary files, or NULL */
   size_t count[3], total;
-  double resample_um;
+  const hetab_heights_options *options;
+  char folder[256]; /* of main.xml and all else, with its '/' */
 } x3p_file;
 
 /* ---- members of the archive ---------------------------------------------------------------- */
@@ -32,8 +33,10 @@ typedef struct x3p_file {
 static hetab_status read_member(const x3p_file *f, const char *name, size_t most, void **data,
                                 size_t *size) {
   zip_stat_t about;
+  char whole[512];
   *data = NULL;
-  if (zip_stat(f->zip, name, 0, &about) != 0 || !(about.valid & ZIP_STAT_SIZE))
+  snprintf(whole, sizeof whole, "%s%s", f->folder, name);
+  if (zip_stat(f->zip, whole, 0, &about) != 0 || !(about.valid & ZIP_STAT_SIZE))
     return hetab_fail(f->ctx, HETAB_ERR_PARSE, "%s: no %.100s in it: is this X3P, and whole?",
                       f->path, name);
   if (about.size > most)
@@ -45,14 +48,14 @@ static hetab_status read_member(const x3p_file *f, const char *name, size_t most
     return hetab_fail(f->ctx, HETAB_ERR_PARSE,
                       "%s: %.100s unpacks to more than 200 times its size: no measurement does",
                       f->path, name);
-  zip_file_t *member = zip_fopen(f->zip, name, 0);
+  zip_file_t *member = zip_fopen(f->zip, whole, 0);
   unsigned char *bytes = member ? hetab_alloc(f->ctx, (size_t)about.size + 1, 1) : NULL;
   zip_int64_t got = bytes ? zip_fread(member, bytes, about.size) : -1;
   /* The archive's checksum is compared on reading the end. */
-  bool whole = got == (zip_int64_t)about.size && zip_fread(member, bytes + about.size, 1) == 0;
+  bool good = got == (zip_int64_t)about.size && zip_fread(member, bytes + about.size, 1) == 0;
   if (member)
     zip_fclose(member);
-  if (!whole) {
+  if (!good) {
     free(bytes);
     return hetab_fail(f->ctx, HETAB_ERR_PARSE, "%s: cannot unpack %.100s: is the file damaged?",
                       f->path, name);
@@ -66,21 +69,31 @@ static hetab_status check_md5(const x3p_file *f, const char *name, const void *d
                               const char *stated) {
   char digest[33];
   hetab_md5(data, size, digest);
-  if (strncasecmp(stated, digest, 32) == 0)
+  if (f->options->ignore_checksums || strncasecmp(stated, digest, 32) == 0)
     return HETAB_OK;
   return hetab_fail(f->ctx, HETAB_ERR_PARSE,
                     "%s: the checksum of %.100s is not the one stated: the file was changed or "
-                    "damaged, export it again",
+                    "damaged: export it again, or read it with --ignore-checksums",
                     f->path, name);
+}
+
+/* Archives of a folder have everything in it. */
+static void find_folder(x3p_file *f) {
+  zip_int64_t at = zip_name_locate(f->zip, "main.xml", ZIP_FL_NODIR);
+  const char *name = at >= 0 ? zip_get_name(f->zip, (zip_uint64_t)at, 0) : NULL;
+  size_t length = name ? strlen(name) - strlen("main.xml") : 0;
+  if (length < sizeof f->folder)
+    snprintf(f->folder, sizeof f->folder, "%.*s", (int)length, name ? name : "");
 }
 
 /* main.xml, checked against md5checksum.hex where there is one. */
 static hetab_status read_description(x3p_file *f) {
   void *xml, *checksum = NULL;
   size_t size, checksum_size;
+  find_folder(f);
   HETAB_TRY(read_member(f, "main.xml", most_xml, &xml, &size));
   hetab_status status = HETAB_OK;
-  if (zip_name_locate(f->zip, "md5checksum.hex", 0) >= 0) {
+  if (zip_name_locate(f->zip, "md5checksum.hex", ZIP_FL_NODIR) >= 0) {
     HETAB_GOTO(read_member(f, "md5checksum.hex", 4096, &checksum, &checksum_size));
     HETAB_GOTO(check_md5(f, "main.xml", xml, size, checksum));
   }
@@ -235,7 +248,7 @@ static hetab_status from_places(const x3p_file *f, hetab_heights **out) {
   if (x_um && z_um)
     status = count < 2 ? hetab_fail(f->ctx, HETAB_ERR_PARSE, "%s: no valid points", f->path)
                        : hetab_heights_from_places(f->ctx, f->path, x_um, z_um, count, 1,
-                                                   f->resample_um, out);
+                                                   f->options->resample_um, out);
   free(x_um);
   free(z_um);
   return status;
@@ -268,7 +281,7 @@ static hetab_status read_open(x3p_file *f, hetab_heights **out) {
 
 hetab_status hetab_scan_x3p(hetab_context *ctx, const char *path,
                             const hetab_heights_options *options, hetab_heights **out) {
-  x3p_file f = {.ctx = ctx, .path = path, .resample_um = options->resample_um};
+  x3p_file f = {.ctx = ctx, .path = path, .options = options};
   int code, fd;
   HETAB_TRY(hetab_input_open(ctx, path, HETAB_INPUT_TABLE, &fd));
   f.zip = zip_fdopen(fd, 0, &code);

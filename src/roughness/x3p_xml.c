@@ -45,7 +45,9 @@ static bool is_element(const x3p_parser *p, const char *name) {
 /* ---- values -------------------------------------------------------------------------------- */
 
 static void read_number(x3p_parser *p, double *value) {
-  if (!hetab_number_parse(p->text, value) || !isfinite(*value)) {
+  if (!p->text[0] && is_element(p, "Offset")) /* several programs leave it empty */
+    *value = 0;
+  else if (!hetab_number_parse(p->text, value) || !isfinite(*value)) {
     char what[128];
     snprintf(what, sizeof what, "%s is '%.40s': it has to be a number", p->names[p->depth - 1],
              p->text);

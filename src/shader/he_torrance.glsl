@@ -12,27 +12,4 @@
  * The surface that this file was made for, and n and k of the built-in metals at 400, 410 ... 700
  * nm, as JSON:
 @data.json@ */
-precision highp float;
-precision highp int;
-
-uniform highp sampler2D ht_table;
-
-#define HT_FN
-#define HT_CONST const
-#define HT_INT(x) int(x)
-#define ht_four vec4
-#define ht_sqrt sqrt
-#define ht_exp exp
-#define ht_log log
-#define ht_cos cos
-#define ht_sin sin
-#define ht_floor floor
-#define ht_abs abs
-#define ht_min min
-#define ht_max max
-
-vec4 ht_run(int row, int column) {
-  return texelFetch(ht_table, ivec2(column, row), 0);
-}
-
-@model.inc@
+@glsl.inc@

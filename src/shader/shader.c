@@ -44,7 +44,8 @@ hetab_status hetab_shader_text(hetab_context *ctx, const hetab_surface *surface,
   static const char *const names[] = {[HETAB_SHADER_C] = "he_torrance.c99",
                                       [HETAB_SHADER_GLSL] = "he_torrance.glsl",
                                       [HETAB_SHADER_PYTHON] = "he_torrance.py",
-                                      [HETAB_SHADER_MITSUBA] = "mitsuba.py"};
+                                      [HETAB_SHADER_MITSUBA] = "mitsuba.py",
+                                      [HETAB_SHADER_HTML] = "explorer.html"};
   const hetab_shader_input input = {ctx, surface};
   size_t size;
   *text = NULL;

@@ -10,10 +10,11 @@ typedef struct hetab_row {
   size_t line;      /* in the file, from 1 */
 } hetab_row;
 
-/* Sort rows by wavelength; a wavelength that occurs twice is an error that names both lines. */
-hetab_status hetab_rows_sort(hetab_context *ctx, const char *path, hetab_row *rows, size_t count);
+/* Sort rows by wavelength; two that agree within 5 % become their mean. A wavelength with two
+ * values is an error that names both lines. */
+hetab_status hetab_rows_sort(hetab_context *ctx, const char *path, hetab_row *rows, size_t *count);
 
-/* The sorted rows' values[column] as a curve. */
+/* The sorted rows' values[column] as a curve. k from -0.001 on is 0: the noise of its inversion. */
 hetab_status hetab_rows_to_curve(hetab_context *ctx, const hetab_row *rows, size_t count,
                                  int column, hetab_curve *curve);
 

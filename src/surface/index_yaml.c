@@ -23,7 +23,8 @@ static hetab_status read_row(hetab_context *ctx, const char *line, const hetab_r
     if (!hetab_next_word(&line, word, sizeof word))
       return hetab_fail(ctx, HETAB_ERR_PARSE, "%d numbers in the row: give %d", i, columns + 1);
     double *value = i == 0 ? &row->lambda_um : &row->values[i - 1];
-    HETAB_TRY(hetab_number_read(ctx, word, i == 0 ? &hetab_rule_length : rules[i - 1], value));
+    HETAB_TRY(
+        hetab_number_read(ctx, word, i == 0 ? &hetab_rule_wavelength_data : rules[i - 1], value));
   }
   if (hetab_next_word(&line, word, sizeof word))
     return hetab_fail(ctx, HETAB_ERR_PARSE, "more than %d numbers in the row", columns + 1);
@@ -54,7 +55,7 @@ static hetab_status read_rows(hetab_yaml *file, const yaml_node_t *data, char *t
   }
   if (*count == 0)
     return hetab_yaml_fail(file, data, "data", "no rows: give lines of numbers below 'data: |'");
-  return hetab_rows_sort(file->ctx, file->path, rows, *count);
+  return hetab_rows_sort(file->ctx, file->path, rows, count);
 }
 
 static size_t count_lines(const char *text) {
@@ -112,7 +113,8 @@ static hetab_status read_range(hetab_yaml *file, const yaml_node_t *entry, hetab
                                  "add 'wavelength_range: MIN MAX' in um", &node));
   double ends[2] = {0};
   size_t count;
-  HETAB_TRY(read_numbers(file, node, "wavelength_range", &hetab_rule_length, 2, ends, &count));
+  HETAB_TRY(
+      read_numbers(file, node, "wavelength_range", &hetab_rule_wavelength_data, 2, ends, &count));
   if (count != 2 || !(ends[0] < ends[1]))
     return hetab_yaml_fail(file, node, "wavelength_range",
                            "not a range: give two ascending wavelengths in um");
@@ -147,7 +149,7 @@ static hetab_status read_formula(hetab_yaml *file, const yaml_node_t *entry, int
 
 /* One entry of DATA. An index has one n and at most one k. */
 static hetab_status read_entry(hetab_yaml *file, const yaml_node_t *entry, hetab_index *index) {
-  static const hetab_rule *const nk[] = {&hetab_rule_n, &hetab_rule_k};
+  static const hetab_rule *const nk[] = {&hetab_rule_n_data, &hetab_rule_k_data};
   static const char *const wanted =
       "tabulated nk, tabulated n, tabulated k, or formula 1 to formula 9";
   yaml_node_t *type_node;
