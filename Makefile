@@ -61,6 +61,16 @@ test: setup ## set up, build and run every test
 	@$(MAKE) --no-print-directory -s build tests
 	@sh scripts/run_tests $(BUILD)
 
+# HETAB_SHAPE lays the kernels out as for a GPU, whatever the device is.
+.PHONY: test-gpu-shape
+test-gpu-shape: $(patsubst %,gpu-shape-%,golden engine) ## the golden and engine tests with kernels laid out as for a GPU
+
+.PHONY: test-gpu-shape-all
+test-gpu-shape-all: $(patsubst %,gpu-shape-%,golden engine tabulate merl reflectance rgl) ## so, every test that runs on a device
+
+gpu-shape-%: $(BUILD)/tests/test_%
+	@HETAB_SHAPE=gpu $<
+
 .PHONY: test-renderers
 test-renderers: setup ## check the .bsdf tables in Mitsuba 3 (from PyPI, below build/)
 	@$(MAKE) --no-print-directory -s build
@@ -101,8 +111,30 @@ asan: setup ## run the tests under AddressSanitizer and UndefinedBehaviorSanitiz
 	  CFLAGS='-O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=undefined' \
 	  build tests
 	@ASAN_OPTIONS=use_sigaltstack=0:max_free_fill_size=4096:free_fill_byte=165 \
-	  LSAN_OPTIONS=suppressions=tests/lsan.supp:print_suppressions=0 \
+	  LSAN_OPTIONS=suppressions=$(abspath tests/lsan.supp):print_suppressions=0 \
 	  sh scripts/run_tests $(BUILD)/asan
+
+# clang, libFuzzer and the sanitizers come from Debian's clang-15, which nothing else needs.
+FUZZ_CC ?= clang-15
+SECONDS ?= 60
+T ?= scan
+.PHONY: fuzz
+fuzz: setup ## fuzz the reader T (tests/fuzz/targets.c) for SECONDS: make fuzz T=scan SECONDS=300
+	@command -v $(FUZZ_CC) >/dev/null || { echo "make fuzz: install clang: apt-get install clang-15"; exit 1; }
+	@$(MAKE) --no-print-directory -s BUILD=$(BUILD)/fuzz CC=$(FUZZ_CC) \
+	  CFLAGS='-O1 -g -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=undefined' \
+	  $(BUILD)/fuzz/fuzzer
+	@mkdir -p $(BUILD)/fuzz/corpus/$(T)
+	@FUZZ_TARGET=$(T) ASAN_OPTIONS=allocator_may_return_null=1:max_free_fill_size=4096:free_fill_byte=165 \
+	  $(BUILD)/fuzz/fuzzer -max_total_time=$(SECONDS) -timeout=10 -rss_limit_mb=4096 \
+	  -close_fd_mask=1 -artifact_prefix=$(BUILD)/fuzz/$(T)- $(abspath $(BUILD)/fuzz/corpus/$(T) tests/fuzz/corpus/$(T))
+
+INJECTED := malloc calloc realloc strdup strndup asprintf open_memstream write pwrite ftruncate fsync linkat \
+  renameat read pread fread
+.PHONY: inject
+inject: setup ## fail every kind of allocation and I/O of the commands in turn: no crash, no half-written file
+	@$(MAKE) --no-print-directory -s $(BUILD)/inject/hetab
+	@scripts/inject $(BUILD)/inject/hetab $(FAULTS)
 
 .PHONY: tsan
 tsan: setup ## run the test of threads under ThreadSanitizer
@@ -189,6 +221,16 @@ $(BUILD)/hetab.1: $(BUILD)/hetab src/cli/hetab.1.in scripts/make_man
 
 $(BUILD)/tests/%: $(BUILD)/tests/%.o $(TEST_COMMON_OBJECTS) $(BUILD)/libhetab.a
 	$(CC) $(CFLAGS_ALL) $(LDFLAGS) -o $@ $^ -lcmocka $(LIBS)
+
+$(BUILD)/tests/test_fuzz: $(BUILD)/tests/test_fuzz.o $(BUILD)/tests/fuzz/targets.o $(TEST_COMMON_OBJECTS) $(BUILD)/libhetab.a
+	$(CC) $(CFLAGS_ALL) $(LDFLAGS) -o $@ $^ -lcmocka $(LIBS)
+
+$(BUILD)/fuzzer: $(BUILD)/tests/fuzz/fuzz.o $(BUILD)/tests/fuzz/targets.o $(BUILD)/libhetab.a
+	$(CC) $(CFLAGS_ALL) -fsanitize=fuzzer $(LDFLAGS) -o $@ $^ $(LIBS)
+
+$(BUILD)/inject/hetab: $(CLI_OBJECTS) $(BUILD)/tests/fuzz/inject.o $(BUILD)/libhetab.a
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS_ALL) $(INJECTED:%=-Wl,--wrap=%) $(LDFLAGS) -o $@ $^ $(LIBS) -ljansson
 
 $(BUILD)/path_tracer: tests/gallery/path_tracer.c $(BUILD)/libhetab.a
 	$(CC) $(CPPFLAGS_ALL) $(CFLAGS_ALL) -fopenmp $(LDFLAGS) -o $@ $^ $(LIBS)

@@ -3,6 +3,8 @@
 of RGL: a second reader for the tests, which shares nothing with the library.
 
 usage: tensor_file.py FILE...      prints the fields; exit status 1 if a file is not as it should be
+       tensor_file.py --reader NAME FILE...   likewise 1 if the reader (pbrt, powitacq,
+                                   mitsuba-spectral, mitsuba-rgb, powitacq-rgb) would refuse it
 
 Container, little-endian: 12 bytes "tensor_file\\0", two version bytes 1 and 0, u32 number of
 fields; then for each field u16 length of its name, the name, u16 number of dimensions, u8 type,
@@ -137,12 +139,45 @@ def check_rgl(rgl):
     check_distributions(rgl)
 
 
+# ---- what others ask of it -----------------------------------------------------------------------
+
+# As pbrt-v4 checks a file before it takes it (MeasuredBxDFData::Create; a field that is missing aborts
+# it at a CHECK): names, types, dimensions. Letters are extents that have to agree.
+SPECTRAL = {
+    "theta_i": ("f4", "T"), "phi_i": ("f4", "P"), "wavelengths": ("f4", "W"),
+    "ndf": ("f4", "ab"), "sigma": ("f4", "cd"), "vndf": ("f4", "PTef"),
+    "luminance": ("f4", "PTRR"), "spectra": ("f4", "PTWRR"),
+    "description": ("u1", "n"), "jacobian": ("u1", "1"),
+}
+COLOURS = {name: rule for name, rule in SPECTRAL.items() if name not in ("wavelengths", "spectra")}
+COLOURS["rgb"] = ("f4", "PT3RR")
+READERS = {"pbrt": SPECTRAL, "powitacq": SPECTRAL, "mitsuba-spectral": SPECTRAL,
+           "mitsuba-rgb": COLOURS, "powitacq-rgb": COLOURS}
+
+
+def check_reader(rgl, reader):
+    extents = {"1": 1, "3": 3}
+    for name, (kind, letters) in READERS[reader].items():
+        require(name in rgl, f"{reader} finds no field '{name}'")
+        require(rgl[name].dtype == numpy.dtype("<" + kind), f"{reader}: '{name}' is not {kind}")
+        require(rgl[name].ndim == len(letters), f"{reader}: '{name}' has {rgl[name].ndim} dimensions")
+        for letter, extent in zip(letters, rgl[name].shape):
+            expected = extents.setdefault(letter, extent)
+            require(extent == expected, f"{reader}: '{name}' has {extent} in place of {expected}")
+    require(extents["P"] <= 2, f"{reader}: {extents['P']} azimuths: not isotropic")
+
+
 def main():
-    if len(sys.argv) < 2 or sys.argv[1].startswith("-"):
+    arguments, reader = sys.argv[1:], None
+    if len(arguments) > 2 and arguments[0] == "--reader" and arguments[1] in READERS:
+        reader, arguments = arguments[1], arguments[2:]
+    if not arguments or arguments[0].startswith("-"):
         sys.exit(__doc__)
-    for path in sys.argv[1:]:
+    for path in arguments:
         try:
             tensors = read(path)
+            if reader:
+                check_reader(tensors, reader)
             for name, tensor in tensors.items():
                 print(name, tensor.dtype.name, *tensor.shape)
             check_rgl(tensors)

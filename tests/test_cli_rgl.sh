@@ -31,7 +31,7 @@ shape() { grep -Eq "^$1 $2\$" parsed; }
 
 works "rgb" tabulate BBQAL2 -o a.bsdf --table-error 0.05
 check "summary" has '^a\.bsdf: rgb, [0-9]+ incidences of [0-9]+ x [0-9]+ nodes, .* MB; relative L1 error at most 0\.0[0-9]+ \(0\.05 asked for\), bias'
-check "specular note" has '^a\.bsdf: specular reflectance, at most .*, omitted; it is in a\.specular\.csv'
+check "specular note" has '^a\.bsdf: specular reflectance, at most .*, 0\.[0-9]+ % of the light, is in a\.specular\.csv'
 check "no device" has '^BBQAL2 on the host'
 check "fields" fields a.bsdf "description jacobian phi_i theta_i ndf sigma vndf luminance rgb"
 check "rgb shape" shape rgb '10 1 ([0-9]+) 3 ([0-9]+) \2'
@@ -55,8 +55,48 @@ check "spectra shape" shape spectra '10 1 ([0-9]+) 2 ([0-9]+) \2'
 works "beside the others" tabulate BBQAL2 -o b.bsdf -o b.binary -o b.h5 --theta-i 0,45 --theta-r 0,45 \
   --phi 0,180 --table-error 0.1 --samples 100 --force
 check "one csv for both" [ "$(ls b.* | paste -sd' ')" = "b.binary b.bsdf b.h5 b.specular.csv" ]
-check "each is named" has '^b\.binary: specular reflectance, at most 0\.2.* it is in b\.specular\.csv'
+check "each is named" has '^b\.binary: specular reflectance, at most 0\.2.* is in b\.specular\.csv'
 check "the same maximum" has '^b\.bsdf: specular reflectance, at most 0\.2'
+
+# ---- who reads it ------------------------------------------------------------------------------
+
+reads() { PYTHONPATH= /usr/bin/python3 "$scripts/../tests/tensor_file.py" --reader "$1" "$2"; }
+check "an rgb file for Mitsuba" reads mitsuba-rgb a.bsdf
+check "and powitacq_rgb" reads powitacq-rgb a.bsdf
+refused() { ! reads "$@"; }
+check "not for pbrt" refused pbrt a.bsdf
+for reader in mitsuba-rgb mitsuba-spectral pbrt powitacq powitacq-rgb; do
+  works "for $reader" tabulate NGGAL -o "$reader.bsdf" --for $reader --table-error 0.1 --wavelengths 400:700:10
+  check "$reader reads it" reads $reader "$reader.bsdf"
+  check "$reader: the summary says who loads it" has "^$reader.bsdf: loads in "
+done
+check "pbrt is named" has "powitacq_rgb; for pbrt-v4 take --for pbrt"
+refuses "for nothing" 2 "for pbrt is for .bsdf outputs" tabulate NGGAL -o x.h5 --for pbrt
+refuses "for another" 2 "pbrt reads spectra" tabulate NGGAL -o x.bsdf --for pbrt --bands rgb
+
+# ---- the delta ---------------------------------------------------------------------------------
+
+cat >steel.yml <<'YAML'
+sigma0_um: 0.03
+tau_um: 3
+index: {n: 2.9, k: 3.1}
+YAML
+works "a near mirror" tabulate steel.yml -o steel.bsdf --table-error 0.1
+check "says what it lacks" has 'warning: the table lacks [789][0-9] % of the light.*--specular-cone 2.*steel.specular.csv.*hetab shader'
+rm steel.bsdf
+refuses "beside an old csv" 1 "steel.specular.csv" tabulate steel.yml -o steel.bsdf --specular-cone 3 --table-error 0.1
+works "folded" tabulate steel.yml -o steel.bsdf --specular-cone 3 --table-error 0.1 --force --json
+check "no csv is left" [ ! -e steel.specular.csv ]
+check "it is in the table" json "d['outputs'][0]['specular']['in_table'] and d['outputs'][0]['specular']['cone_deg'] == 3"
+check "and marked" fields steel.bsdf "description jacobian phi_i theta_i ndf sigma vndf luminance specular_cone_deg rgb"
+works "tiny numbers" tabulate BBQAL2 -o tiny.bsdf --table-error 0.1
+normal() { /usr/bin/python3 -c "
+import csv
+rho = [float(r['rho_s']) for r in csv.DictReader(open('tiny.specular.csv'))]
+assert min(rho) == 0 and not [r for r in rho if 0 < r < 1e-30]"; }
+check "are 0" normal
+works "mono" tabulate BBQAL2 -o mono.binary --merl-colour mono --bands 550
+check "is marked" grep -q '^550,85,0.[0-9]*,mono$' mono.specular.csv
 
 # ---- refusals ----------------------------------------------------------------------------------
 

@@ -52,12 +52,12 @@ static hetab_merl *new_merl(hetab_context *ctx) {
   hetab_merl *merl;
   assert_ok(ctx, hetab_merl_create(ctx, &merl));
   for (size_t cell = 0; cell < HETAB_MERL_CELLS; cell++) {
-    double mu_i, mu_r, rgb[3], h = ((double)(cell / 16200) + 0.5) / 90;
-    hetab_merl_middle(cell, &mu_i, &mu_r);
-    if (mu_i <= 0 || mu_r <= 0)
+    double rgb[3];
+    hetab_half_diff middle = hetab_merl_middle(cell);
+    hetab_merl_pair pair;
+    if (!hetab_merl_pair_of(middle, &pair))
       continue;
-    cook_torrance(cos(h * h * M_PI_2), cos(((double)(cell / 180 % 90) + 0.5) * M_PI / 180), mu_i,
-                  mu_r, rgb);
+    cook_torrance(cos(middle.theta_h), cos(middle.theta_d), pair.mu_i, pair.mu_r, rgb);
     for (int c = 0; c < 3; c++)
       hetab_merl_channel(merl, c)[cell] = rgb[c];
   }
@@ -190,11 +190,11 @@ static double gaussian(uint64_t *seed) {
 static size_t spoil(hetab_merl *merl, uint64_t seed) {
   size_t holes = 0;
   for (size_t cell = 0; cell < HETAB_MERL_CELLS; cell++) {
-    double mu_i, mu_r, factor = 1 + 0.05 * gaussian(&seed), kind = uniform(&seed, 0, 1);
-    hetab_merl_middle(cell, &mu_i, &mu_r);
-    if (mu_i <= 0 || mu_r <= 0)
+    double factor = 1 + 0.05 * gaussian(&seed), kind = uniform(&seed, 0, 1);
+    hetab_merl_pair pair;
+    if (!hetab_merl_pair_of(hetab_merl_middle(cell), &pair))
       continue;
-    int missing = fmin(mu_i, mu_r) < cos(84 * M_PI / 180) || cell / 180 % 90 < 2;
+    int missing = fmin(pair.mu_i, pair.mu_r) < cos(84 * M_PI / 180) || cell / 180 % 90 < 2;
     double *r = hetab_merl_channel(merl, 0) + cell, *g = hetab_merl_channel(merl, 1) + cell;
     double *b = hetab_merl_channel(merl, 2) + cell;
     if (missing || kind < 0.02)

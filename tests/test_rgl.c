@@ -450,29 +450,81 @@ static void test_monotone(void **state) {
   }
 }
 
+/* The albedo of a table, by its own samples. */
+static double albedo_of(const hetab_rgl *rgl, double theta_i) {
+  enum { COUNT = 40000 };
+  double sum = 0;
+  float wi[3], wo[3], f;
+  set_direction(theta_i, 0, wi);
+  for (int i = 0; i < COUNT; i++) {
+    double x = 0.5 + 0.7548776662466927 * i, y = 0.5 + 0.5698402909980532 * i;
+    float u[2] = {fminf((float)(x - floor(x)), 0x1.fffffep-1f),
+                  fminf((float)(y - floor(y)), 0x1.fffffep-1f)};
+    float density = hetab_rgl_sample(rgl, wi, u, wo);
+    if (!(density > 0))
+      continue;
+    hetab_rgl_eval(rgl, wi, wo, &f);
+    sum += (double)(f * wo[2] / density) / COUNT;
+  }
+  return sum;
+}
+
+/* A near mirror with its delta folded in: the energy is that of the model at every incidence. */
+static void test_folded(void **state) {
+  static const double theta_deg[] = {0,    7.3, 21, 33.3, 45, 52.8, 60,
+                                     66.6, 71,  75, 80,   82, 83.5, 85};
+  enum { COUNT = sizeof theta_deg / sizeof *theta_deg };
+  hetab_context *ctx = *state;
+  double lambda_um = 0.55, worst = 0;
+  hetab_rgl_options options = {.bands = HETAB_RGL_SPECTRAL, .specular_cone = radians(2)};
+  hetab_surface *surface;
+  hetab_reflectance expected[COUNT];
+  double theta_i[COUNT];
+  for (size_t i = 0; i < COUNT; i++)
+    theta_i[i] = radians(theta_deg[i]);
+  hetab_rgl *rgl;
+  assert_ok(ctx, hetab_surface_create(ctx, 0.03, 3, 2.9, 3.1, &lambda_um, 1, &surface));
+  hetab_engine *engine = new_engine(ctx, HETAB_FLOAT, HETAB_METHOD_ROWS, 0);
+  assert_ok(ctx, hetab_reflectance_dh(ctx, engine, surface, theta_i, COUNT, 0, expected));
+  hetab_rgl_report report;
+  assert_ok(ctx, hetab_tabulate_rgl(ctx, surface, &options, &rgl, &report));
+  assert_true(fabs(hetab_rgl_specular_cone(rgl) - radians(2)) < 1e-7);
+  assert_true(report.error_l1 <= 0.01 && fabs(report.bias) <= 0.01 / 3 && report.bytes < 8000000);
+  for (size_t i = 0; i < COUNT; i++) {
+    double albedo = albedo_of(rgl, theta_i[i]);
+    print_message("  %g degrees: %.5f of %.5f\n", theta_deg[i], albedo, expected[i].dh);
+    worst = fmax(worst, relative_error(albedo, expected[i].dh));
+  }
+  assert_below("albedo of folded steel", worst, TOL_RGL_FOLDED);
+  hetab_rgl_free(rgl);
+  hetab_engine_free(engine);
+  hetab_surface_free(surface);
+}
+
 /* The source against the literal equations. */
 static void test_model_source(void **state) {
   hetab_context *ctx = *state;
   uint64_t random = 3;
   enum { PAIRS = 300 };
-  static hetab_rgl_pair pairs[PAIRS];
+  static hetab_directions pairs[PAIRS];
   static double values[PAIRS * MOST_BANDS];
   static const char *const names[] = {"BBQAL2", "NGGAL", "GGAL120"};
   for (size_t k = 0; k < sizeof names / sizeof *names; k++) {
     hetab_surface *surface = open_surface(ctx, names[k], 0);
     hetab_rgl_model *model;
     double worst_value = 0, difference = 0, sum = 0;
-    assert_ok(ctx, hetab_rgl_model_create(ctx, surface, HETAB_RGL_SPECTRAL, &model));
+    assert_ok(ctx, hetab_rgl_model_create(
+                       ctx, surface, &(hetab_rgl_options){.bands = HETAB_RGL_SPECTRAL}, &model));
     const hetab_rgl_source *source = hetab_rgl_model_source(model);
     assert_int_equal(source->channels, MOST_BANDS);
     for (size_t i = 0; i < PAIRS; i++) {
       double theta = uniform(&random, 0, 1.5);
-      pairs[i] = (hetab_rgl_pair){theta, fmin(fabs(theta + uniform(&random, -0.3, 0.3)), 1.55),
-                                  uniform(&random, 2.5, 3.5)};
+      pairs[i] = (hetab_directions){theta, fmin(fabs(theta + uniform(&random, -0.3, 0.3)), 1.55),
+                                    uniform(&random, 2.5, 3.5)};
     }
     assert_ok(ctx, source->values(ctx, source->user, pairs, PAIRS, values));
     for (size_t i = 0; i < PAIRS * MOST_BANDS; i++) {
-      const hetab_rgl_pair *pair = &pairs[i / MOST_BANDS];
+      const hetab_directions *pair = &pairs[i / MOST_BANDS];
       const hetab_band *band = &hetab_surface_bands(surface)[i % MOST_BANDS];
       hetab_point point = {band->lambda_um,
                            pair->theta_i,
@@ -501,7 +553,7 @@ static void test_model_source(void **state) {
 /* ---- other sources -------------------------------------------------------------------------- */
 
 /* Lambert's, of reflectances 0.1, 0.5 and 0.9. */
-static hetab_status lambertian(hetab_context *ctx, void *user, const hetab_rgl_pair *pairs,
+static hetab_status lambertian(hetab_context *ctx, void *user, const hetab_directions *pairs,
                                size_t count, double *values) {
   for (size_t i = 0; i < count; i++)
     for (int c = 0; c < 3; c++)
@@ -541,7 +593,7 @@ static void test_lambertian(void **state) {
 }
 
 /* Nothing but at grazing incidence. */
-static hetab_status grazing_only(hetab_context *ctx, void *user, const hetab_rgl_pair *pairs,
+static hetab_status grazing_only(hetab_context *ctx, void *user, const hetab_directions *pairs,
                                  size_t count, double *values) {
   const double least = radians(86);
   for (size_t i = 0; i < count; i++)
@@ -600,7 +652,8 @@ static void test_round_trip(void **state) {
     set_direction(uniform(&random, 0, 1.55), uniform(&random, -3, 3), wo);
     hetab_rgl_eval(rgl, wi, wo, &a);
     hetab_rgl_eval(loaded, wi, wo, &b);
-    worst = fmax(worst, relative_error((double)b, (double)a));
+    if ((double)a >= 1e-3)
+      worst = fmax(worst, relative_error((double)b, (double)a));
   }
   assert_below("loaded against built", worst, TOL_RGL_FILE);
   assert_true(hetab_rgl_wavelengths_um(loaded)[0] > 0.5499999 &&
@@ -925,24 +978,15 @@ static void test_edges(void **state) {
 }
 
 int main(void) {
-  const struct CMUnitTest tests[] = {TEST(test_mitsuba),
-                                     TEST(test_no_jacobian),
-                                     TEST(test_container),
-                                     TEST(test_round_trip),
-                                     TEST(test_samples),
-                                     TEST(test_model_source),
-                                     TEST(test_presets),
-                                     TEST(test_needle),
-                                     TEST(test_monotone),
-                                     TEST(test_lambertian),
-                                     TEST(test_hostile_header),
-                                     TEST(test_hostile_numbers),
-                                     TEST(test_hostile_shapes),
-                                     TEST(test_corrupted),
-                                     TEST(test_no_file),
-                                     TEST(test_edges),
-                                     TEST(test_foreign),
-                                     TEST(test_negative_noise),
-                                     TEST(test_dark)};
+  const struct CMUnitTest tests[] = {TEST(test_mitsuba),         TEST(test_no_jacobian),
+                                     TEST(test_container),       TEST(test_round_trip),
+                                     TEST(test_samples),         TEST(test_model_source),
+                                     TEST(test_presets),         TEST(test_needle),
+                                     TEST(test_monotone),        TEST(test_folded),
+                                     TEST(test_lambertian),      TEST(test_hostile_header),
+                                     TEST(test_hostile_numbers), TEST(test_hostile_shapes),
+                                     TEST(test_corrupted),       TEST(test_no_file),
+                                     TEST(test_edges),           TEST(test_foreign),
+                                     TEST(test_negative_noise),  TEST(test_dark)};
   return cmocka_run_group_tests_name("RGL tables", tests, NULL, NULL);
 }

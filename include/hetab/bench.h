@@ -11,10 +11,10 @@ extern "C" {
 #endif
 
 typedef struct hetab_bench_row {
-  const char *method;        /* "literal", "peak", "store", "rows", "series" */
+  const char *method;        /* "literal", "peak", "store", "rows", "series", "delivered" */
   const char *precision;     /* "float", "double" */
   double tolerance;          /* rows only, else 0 */
-  double entries_per_second; /* kernel time, median of the repeats */
+  double entries_per_second; /* kernel time, median of the repeats; delivered: the whole call's */
   double ratio_to_literal, ratio_to_store;
   double operations_per_entry; /* rows: vector operations of one entry, counted in the source */
   double ratio_to_peak;        /* those per second, over the device's measured multiply-add rate */
@@ -32,7 +32,8 @@ typedef void (*hetab_bench_fn)(void *user, const char *surface, const hetab_benc
 
 /* First the baselines: the literal loop; per precision the device's multiply-add rate ("peak",
  * in operations, not entries) and the store-only kernel. Then every method on the surface over the
- * default grid; calls fn once per row as it is measured. */
+ * default grid, and the rows of a finer one as hetab_tabulate delivers them to a sink that does
+ * nothing; calls fn once per row as it is measured. */
 hetab_status hetab_bench(hetab_context *ctx, const hetab_surface *surface,
                          const hetab_bench_options *options, hetab_bench_fn fn, void *user);
 

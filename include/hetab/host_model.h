@@ -24,6 +24,15 @@ hetab_status hetab_evaluate_literal(hetab_context *ctx, const hetab_point *point
 hetab_status hetab_specular_reflectance(hetab_context *ctx, const hetab_surface *surface,
                                         const double *theta_i, size_t count, double *out);
 
+/* The same of any bands, such as those of hetab_surface_at(): out[band_count][count]. */
+void hetab_specular_of_bands(const hetab_surface *surface, const hetab_band *bands,
+                             size_t band_count, const double *theta_i, size_t count, double *out);
+
+/* The share of the white-sky reflectance (a uniform sky's) that a table without the delta lacks: of
+ * rho_s, over that of the polished material and the diffuse part, the mean over the bands. Within a
+ * few per cent of the share of what the surface reflects, which loses or gains that much. */
+double hetab_specular_share(const hetab_surface *surface);
+
 #ifdef __cplusplus
 }
 #endif

@@ -14,7 +14,8 @@
  * uniform point that the map of the vndf's density takes to u_m,
  *   f cos(theta_o) = spectra(s) ndf(u_m) / (4 sigma(u_wi)).
  *
- * The specular delta is not in the tables, as the format has no place for one. */
+ * The specular delta is not in the tables, as the format has no place for one, unless it was folded
+ * in as a lobe: then a field of ours, specular_cone_deg f32[1], says so to our readers. */
 #ifndef HETAB_RGL_H
 #define HETAB_RGL_H
 
@@ -36,6 +37,10 @@ typedef struct hetab_rgl_options {
   size_t size; /* of the struct; 0: of this header\'s */
   hetab_rgl_bands bands;
   double table_error; /* relative L1 per incidence that the shape is chosen for; 0: 0.01 */
+  /* > 0: the specular delta becomes a lobe of half vectors within that angle of the normal
+   * (radians), whose reflectance is rho_s at every incidence to 85 degrees: within 1 % for 2
+   * degrees and more. */
+  double specular_cone;
   /* Not 0: this shape is tried first, then a few larger ones, in place of the search: 4 to 96
    * incidences of 8 to 128 nodes squared. */
   size_t theta_i_count, resolution;
@@ -82,6 +87,9 @@ hetab_status hetab_rgl_save(hetab_context *ctx, const hetab_rgl *rgl, const char
  * counted; further below 0, or so large that values overflow: HETAB_ERR_PARSE. */
 hetab_status hetab_rgl_load(hetab_context *ctx, const char *path, hetab_rgl **out);
 void hetab_rgl_free(hetab_rgl *rgl); /* NULL is fine */
+
+/* 0: the specular delta is not in the table; else the lobe's width, radians. */
+double hetab_rgl_specular_cone(const hetab_rgl *rgl);
 
 /* 3 for linear sRGB, else one for each wavelength. */
 size_t hetab_rgl_channel_count(const hetab_rgl *rgl);

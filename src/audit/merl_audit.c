@@ -9,7 +9,7 @@
 #include "audit/table_audit.h"
 #include "audit/views.h"
 
-enum { CHANNELS = 3, GREEN = 1 };
+enum { CHANNELS = HETAB_MERL_CHANNELS, GREEN = 1 };
 
 typedef struct reader {
   const hetab_merl *merl;
@@ -19,7 +19,8 @@ typedef struct reader {
 static void read_pair(const void *user, double theta_i, double theta_r, double phi,
                       double *channels) {
   const reader *r = user;
-  hetab_merl_read(r->merl, r->lookup, hetab_merl_place_of(theta_i, theta_r, phi), channels);
+  hetab_merl_read(r->merl, r->lookup,
+                  hetab_merl_place_of(hetab_half_diff_of(theta_i, theta_r, phi)), channels);
 }
 
 static double read_view(const void *user, double theta_i, double theta_r, double phi) {

@@ -3,7 +3,9 @@
 #include <math.h>
 #include <stdio.h>
 
-enum { CHANNELS = 3, ROW = HETAB_MERL_PHI_D, WHERE = 128 };
+#include "table/merl_frame.h"
+
+enum { CHANNELS = HETAB_MERL_CHANNELS, ROW = HETAB_MERL_PHI_D, WHERE = 128 };
 
 _Static_assert(HETAB_MERL_THETA_H == HETAB_MERL_THETA_D, "fill_edges fills both at once");
 
@@ -69,11 +71,11 @@ static void survey_values(survey *s, size_t cell) {
 
 static void fill_edges(edges *e) {
   for (int i = 0; i <= HETAB_MERL_THETA_H; i++) {
-    double u = (double)i / HETAB_MERL_THETA_H, theta_h = u * u * M_PI_2, theta_d = u * M_PI_2;
-    e->cos_h[i] = cos(theta_h);
-    e->sin_h[i] = sin(theta_h);
-    e->cos_d[i] = cos(theta_d);
-    e->sin_d[i] = sin(theta_d);
+    hetab_half_diff at = hetab_merl_angles((hetab_merl_place){i, i, 0.0});
+    e->cos_h[i] = cos(at.theta_h);
+    e->sin_h[i] = sin(at.theta_h);
+    e->cos_d[i] = cos(at.theta_d);
+    e->sin_d[i] = sin(at.theta_d);
   }
   for (int i = 0; i <= ROW; i++)
     e->cos_p[i] = fabs(cos((double)i / ROW * M_PI));

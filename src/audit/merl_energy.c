@@ -11,7 +11,7 @@
 
 #include "audit/merl_read.h"
 
-enum { CHANNELS = 3, GAUSS = 3 };
+enum { CHANNELS = HETAB_MERL_CHANNELS, GAUSS = 3 };
 enum { ARCS = 16, CUTS = ARCS + HETAB_MERL_THETA_D + 2 * HETAB_MERL_PHI_D + 4 };
 enum { PANELS = HETAB_MERL_THETA_H + 2 * HETAB_MERL_THETA_D + 3, MOST_PARTS = 8 };
 

@@ -3,18 +3,16 @@
 #define HETAB_AUDIT_MERL_READ_H
 
 #include <hetab/audit.h>
-#include <hetab/merl.h>
 
-/* A place: cell i covers [i, i + 1). phi_d may be any number. */
-typedef struct hetab_merl_place {
-  double h, d, p;
-} hetab_merl_place;
+#include "table/merl_frame.h"
 
-hetab_merl_place hetab_merl_place_of(double theta_i, double theta_r, double phi);
-
-/* lookup is not HETAB_READ_DEFAULT. What the file marks invalid, and what is no number, is 0:
- * renderers draw it black. */
-void hetab_merl_read(const hetab_merl *merl, hetab_reading lookup, hetab_merl_place place,
-                     double rgb[3]);
+/* lookup is not HETAB_READ_DEFAULT. */
+static inline void hetab_merl_read(const hetab_merl *merl, hetab_reading lookup,
+                                   hetab_merl_place place, double rgb[3]) {
+  if (lookup == HETAB_READ_INTERPOLATE)
+    hetab_merl_read_interpolated(merl, place, rgb);
+  else
+    hetab_merl_read_truncated(merl, place, rgb);
+}
 
 #endif

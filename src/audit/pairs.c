@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "core/random.h"
-#include "engine/engine_internal.h"
+#include "engine/borrowed.h"
 #include "engine/sample.h"
 
 enum {
@@ -169,7 +169,7 @@ static hetab_status mix_slab(hetab_context *ctx, void *user, const hetab_slab *s
         s->model->weights[(s->first + c) * s->model->band_count + s->first + slab->wavelength];
     double *to = s->reference + c * count;
     for (size_t i = 0; i < count && weight != 0; i++)
-      to[i] += weight * hetab_real_at(s->engine, slab->values, i);
+      to[i] += weight * hetab_slab_value(s->engine, slab->values, i);
   }
   return HETAB_OK;
 }
@@ -247,10 +247,7 @@ hetab_status hetab_pairs_add(hetab_context *ctx, hetab_engine *engine, const het
                              const void *user, hetab_pairs *pairs) {
   size_t side = (size_t)fmax(ceil(cbrt((double)count)), 2);
   size_t bands = model->channel_count == model->band_count ? channels : model->band_count;
-  hetab_engine series =
-      *engine; /* the rows method's atlas, made anew a sheet, costs more than it saves */
   sheet s = {.ctx = ctx,
-             .engine = &series,
              .model = model,
              .first = first,
              .channels = channels,
@@ -258,9 +255,8 @@ hetab_status hetab_pairs_add(hetab_context *ctx, hetab_engine *engine, const het
              .table = table,
              .user = user,
              .pairs = pairs};
-  if (series.method == HETAB_METHOD_ROWS)
-    series.method = HETAB_METHOD_SERIES;
   hetab_status status;
+  HETAB_GOTO(hetab_engine_borrow_series(ctx, engine, &s.engine));
   HETAB_GOTO(make_drawn(ctx, side, &s.theta_r));
   HETAB_GOTO(make_drawn(ctx, side, &s.phi));
   HETAB_GOTO(hetab_grid_create(ctx, &s.grid));
@@ -276,6 +272,7 @@ hetab_status hetab_pairs_add(hetab_context *ctx, hetab_engine *engine, const het
                        pairs->progress_total));
   }
 done:
+  hetab_engine_return(s.engine);
   free(s.reference);
   free(s.theta_r.deg);
   free(s.phi.deg);

@@ -4,10 +4,11 @@
 
 #include "audit/merl_energy.h"
 #include "audit/repair.h"
+#include "table/merl_frame.h"
 
 /* A cell is read at a range of incidences: what one scale leaves over, the next round takes. */
 enum {
-  CHANNELS = 3,
+  CHANNELS = HETAB_MERL_CHANNELS,
   ROW = HETAB_MERL_PHI_D,
   INCIDENCES = HETAB_AUDIT_INCIDENCES,
   MOST_ROUNDS = 12
@@ -61,15 +62,11 @@ static double scale_at(const double *at, double cosine) {
 }
 
 static void scale_cell(hetab_merl *merl, const scales *s, size_t cell) {
-  double u = ((double)(cell / ROW / HETAB_MERL_THETA_D) + 0.5) / HETAB_MERL_THETA_H;
-  double theta_h = u * u * M_PI_2;
-  double theta_d = ((double)(cell / ROW % HETAB_MERL_THETA_D) + 0.5) / HETAB_MERL_THETA_D * M_PI_2;
-  double phi_d = ((double)(cell % ROW) + 0.5) / ROW * M_PI;
-  double even = cos(theta_h) * cos(theta_d);
-  double odd = sin(theta_h) * sin(theta_d) * cos(phi_d);
+  hetab_merl_pair pair;
+  hetab_merl_pair_of(hetab_merl_middle(cell), &pair);
   for (int c = 0; c < CHANNELS; c++) {
     double *value = &hetab_merl_channel(merl, c)[cell];
-    *value *= fmin(scale_at(s->at[c], even - odd), scale_at(s->at[c], even + odd));
+    *value *= fmin(scale_at(s->at[c], pair.mu_i), scale_at(s->at[c], pair.mu_r));
   }
 }
 

@@ -88,31 +88,32 @@ static size_t nearest_incidence(const hetab_audit *a, double theta_i) {
 static const char *const view_strokes[HETAB_AUDIT_VIEWS] = {"stroke:var(--c0)", "stroke:var(--c1)",
                                                             "stroke:var(--c2)", "stroke:var(--c3)"};
 
+enum { PLOT_POINTS = 512 }; /* more wavelengths than that are thinned out */
+
 static void plot_spectrum(FILE *out, const hetab_audit *a) {
   static const double incidences[HETAB_AUDIT_VIEWS] = {0, 30, 60, 80};
   char line[96], title[48];
   if (!a->lambda_um || a->channel_count < 2)
     return;
-  size_t last = a->channel_count - 1;
-  double *nm = calloc(a->channel_count, sizeof *nm), top = fmin(largest_energy(a) * 1.05, 3);
-  for (size_t c = 0; nm && c <= last; c++)
-    nm[c] = 1000 * a->lambda_um[c];
+  size_t last = a->channel_count - 1, step = last / PLOT_POINTS + 1, count = last / step + 1;
+  double nm[PLOT_POINTS], top = fmin(largest_energy(a) * 1.05, 3);
+  for (size_t i = 0; i < count; i++)
+    nm[i] = 1000 * a->lambda_um[i * step];
   svg_plot p = {out,
                 {"wavelength, nm", 1000 * a->lambda_um[0], 1000 * a->lambda_um[last],
                  svg_step(1000 * (a->lambda_um[last] - a->lambda_um[0])), 0},
                 {"rho_dh", 0, top, svg_step(top), 0}};
   svg_begin(&p, "Spectrum at 0\u00b0, 30\u00b0, 60\u00b0, 80\u00b0 incidence (dashed: polished)");
-  for (int i = 0; nm && i < HETAB_AUDIT_VIEWS; i++) {
+  for (int i = 0; i < HETAB_AUDIT_VIEWS; i++) {
     size_t t = nearest_incidence(a, hetab_radians(incidences[i]));
     const hetab_energy *e = &a->energy[t];
-    size_t stride = a->theta_count * sizeof *e / sizeof(double);
+    size_t stride = step * a->theta_count * sizeof *e / sizeof(double);
     snprintf(title, sizeof title, "theta_i %.4g deg", hetab_degrees(a->theta_i[t]));
     snprintf(line, sizeof line, "%s;stroke-dasharray:5 4;opacity:.6", view_strokes[i]);
-    svg_line(&p, nm, &e->fresnel, a->channel_count, stride, line, "polished material");
-    svg_line(&p, nm, &e->dh, a->channel_count, stride, view_strokes[i], title);
+    svg_line(&p, nm, &e->fresnel, count, stride, line, "polished material");
+    svg_line(&p, nm, &e->dh, count, stride, view_strokes[i], title);
   }
   svg_end(&p);
-  free(nm);
 }
 
 /* ---- lobes --------------------------------------------------------------------------------- */

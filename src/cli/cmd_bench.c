@@ -110,14 +110,14 @@ static json_t *row_json(const bench *b, const hetab_bench_row *row) {
 static void print_row(bench *b, const hetab_bench_row *row) {
   char speed[16], ratio[16], tolerance[16] = "-";
   if (b->rows++ == 0)
-    printf("%-14s %-8s %-7s %9s %10s %10s %9s %8s %10s %9s %9s\n", "surface", "method", "prec.",
+    printf("%-14s %-9s %-7s %9s %10s %10s %9s %8s %10s %9s %9s\n", "surface", "method", "prec.",
            "tolerance", "entries/s", "x literal", "of store", "of peak", "max error", "p99", "RMS");
   cli_si(row->entries_per_second, speed, sizeof speed);
   cli_si(row->ratio_to_literal, ratio, sizeof ratio);
   if (row->tolerance > 0)
     snprintf(tolerance, sizeof tolerance, "%.0e", row->tolerance);
   cli_errors errors = cli_error_texts(&row->error);
-  printf("%-14s %-8s %-7s %9s %10s %10s %8.3g%% %7.3g%% %10s %9s %9s\n", b->label, row->method,
+  printf("%-14s %-9s %-7s %9s %10s %10s %8.3g%% %7.3g%% %10s %9s %9s\n", b->label, row->method,
          row->precision, tolerance, speed, ratio, 100 * row->ratio_to_store,
          100 * row->ratio_to_peak, errors.max, errors.p99, errors.rms);
   fflush(stdout);

@@ -25,6 +25,22 @@ static int is_channels(const char *bands) {
   return bands && (strcmp(bands, "rgb") == 0 || strcmp(bands, "spectral") == 0);
 }
 
+/* What --for asks of the .bsdf; -1 if nothing contradicts it. */
+static int plan_renderer(const cli_command *self, tabulate_job *job) {
+  const tabulate_request *r = job->request;
+  if (r->renderer < 0)
+    return -1;
+  const tabulate_renderer *renderer = &tabulate_renderers[r->renderer];
+  int spectral = renderer->bands == HETAB_RGL_SPECTRAL;
+  if (!has_format(job, HETAB_FORMAT_RGL))
+    return cli_usage(self, "--for %s is for .bsdf outputs, and there is none", renderer->name);
+  if (is_channels(r->bands) && spectral != (strcmp(r->bands, "spectral") == 0))
+    return cli_usage(self, "--for %s reads %s, not --bands %s", renderer->name,
+                     spectral ? "spectra" : "rgb", r->bands);
+  job->rgl.bands = renderer->bands;
+  return -1;
+}
+
 static int plan_bands(const cli_command *self, tabulate_job *job) {
   const tabulate_request *r = job->request;
   int words = is_channels(r->bands), spectral = words && strcmp(r->bands, "spectral") == 0;
@@ -35,12 +51,13 @@ static int plan_bands(const cli_command *self, tabulate_job *job) {
   if (words && !spectral && r->exr_parts == HETAB_EXR_BY_WAVELENGTH)
     return cli_usage(self, "--exr-parts wavelength holds no colour: take --bands spectral");
   job->rgl.table_error = r->table_error;
+  job->rgl.specular_cone = hetab_radians(r->cone_deg);
   job->exr.parts = (hetab_exr_parts)r->exr_parts;
   job->exr.element = (hetab_exr_element)r->exr_type;
   job->rgl.bands = spectral ? HETAB_RGL_SPECTRAL : HETAB_RGL_RGB;
   if (spectral || r->exr_parts == HETAB_EXR_BY_WAVELENGTH)
     job->exr.bands = HETAB_EXR_SPECTRAL;
-  return -1;
+  return plan_renderer(self, job);
 }
 
 static size_t sample_count(const tabulate_request *r) {
@@ -192,7 +209,8 @@ static int run_job(const cli_command *self, const tabulate_request *request) {
 }
 
 static int run(const cli_command *self, int argc, char **argv) {
-  tabulate_request request = {.precision = -1, .element = -1, .samples = 2000, .seed = 1};
+  tabulate_request request = {
+      .precision = -1, .element = -1, .renderer = -1, .samples = 2000, .seed = 1};
   int status = tabulate_parse(self, argc, argv, &request);
   if (status < 0)
     status = run_job(self, &request);
@@ -214,13 +232,17 @@ const cli_command cli_tabulate = {
         "An OpenEXR file holds a part for each theta_i (rows theta_r, columns phi; channels R G B, "
         "or T.550,000000nm and so on), or for each wavelength (rows theta_i and theta_r), with the "
         "surface and the axes as attributes.\n\n"
-        "A .bsdf is an RGL table for Mitsuba 3's and pbrt-v4's measured materials, as small as "
-        "--table-error allows; it is made on the host and needs no device.\n\n"
+        "A .bsdf is an RGL table, as small as --table-error allows, for the renderer named by "
+        "--for: "
+        "linear sRGB and spectra are two kinds of file, and each reader takes one of them. It is "
+        "made "
+        "on the host and needs no device.\n\n"
         "--json prints an object with surface, device, method, precision, tolerance (these null "
         "where no device was needed), version and outputs, an array of objects with file, format "
         "(hdf5, exr, merl or rgl), entries, seconds, entries_per_second, kernel_seconds, "
         "kernel_entries_per_second, error (samples, compared, max_rel, p99_rel, rms_rel, "
-        "max_abs_below_floor, bad; null without samples), specular (max, file, in_table, cone_deg) "
+        "max_abs_below_floor, bad; null without samples), specular (max, share of the light, file, "
+        "in_table, cone_deg), loads_in "
         "and, for merl, clamped; for exr, saturated; for rgl, table (bands, table_error, error_l1, "
         "bias, error_grazing, theta_i, resolution, bytes, clamped).",
     .run = run,

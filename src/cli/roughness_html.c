@@ -123,29 +123,28 @@ static void plot_correlation(FILE *out, const hetab_component *c, const char *ca
   svg_end(&p);
 }
 
+enum { PLOT_POINTS = 512 }; /* the library tries fewer cut-offs */
+
 static void plot_cutoffs(FILE *out, const hetab_roughness *r) {
   const hetab_cutoff_scan *s = &r->cutoff_scan;
   const hetab_cutoff_trial *first = s->trials;
   double top = 0, chosen[2] = {r->cutoff_um, r->cutoff_um};
   size_t stride = sizeof *first / sizeof(double);
-  double *x = calloc(s->count, sizeof *x);
-  for (size_t i = 0; i < s->count; i++) {
+  double x[PLOT_POINTS];
+  size_t count = s->count < PLOT_POINTS ? s->count : PLOT_POINTS;
+  for (size_t i = 0; i < count; i++) {
     top = fmax(top, 1.1 * fmax(first[i].slope, first[i].smooth));
-    if (x)
-      x[i] = first[i].cutoff_um;
+    x[i] = first[i].cutoff_um;
   }
   double ends[2] = {0, top};
   svg_plot p = {out,
-                {"cut-off, um", first[0].cutoff_um, first[s->count - 1].cutoff_um, 1, 1},
+                {"cut-off, um", first[0].cutoff_um, first[count - 1].cutoff_um, 1, 1},
                 {"sigma / tau", 0, top, svg_step(top), 0}};
   svg_begin(&p, "Slope against cut-off (dashed: two Gaussian scales; upright: chosen)");
-  if (x) {
-    svg_line(&p, x, &first->slope, s->count, stride, small_stroke, "measured");
-    svg_line(&p, x, &first->smooth, s->count, stride, gaussian_stroke, "two Gaussian scales");
-  }
+  svg_line(&p, x, &first->slope, count, stride, small_stroke, "measured");
+  svg_line(&p, x, &first->smooth, count, stride, gaussian_stroke, "two Gaussian scales");
   svg_line(&p, chosen, ends, 2, 1, "stroke:var(--c2)", "chosen");
   svg_end(&p);
-  free(x);
 }
 
 _Static_assert(sizeof(hetab_cutoff_trial) % sizeof(double) == 0, "read with a stride of doubles");

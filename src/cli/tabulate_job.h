@@ -12,6 +12,7 @@ typedef struct tabulate_request {
   const char *axes[HETAB_AXIS_COUNT], *wavelengths, *device, *bands;
   int precision, method, element, sampling, colour; /* -1: chosen; element: as precision */
   int exr_parts, exr_type;                          /* as hetab_exr_parts, hetab_exr_element */
+  int renderer;                                     /* tabulate_renderers[]; -1: none named */
   double tolerance, cone_deg, table_error;
   size_t samples, seed, compression;
   int force, quiet, json;
@@ -30,6 +31,13 @@ typedef struct tabulate_job {
   hetab_rgl_options rgl;
   hetab_output_report *reports; /* [request->files.count] */
 } tabulate_job;
+
+/* What reads .bsdf tables, in the order of --for. */
+typedef struct tabulate_renderer {
+  const char *name;
+  hetab_rgl_bands bands;
+} tabulate_renderer;
+extern const tabulate_renderer tabulate_renderers[];
 
 /* -1 to go on with *request, else the exit status. */
 int tabulate_parse(const cli_command *self, int argc, char **argv, tabulate_request *request);

@@ -82,9 +82,19 @@ static cli_option *exr_options(cli_option *next, tabulate_request *r) {
   return next + sizeof options / sizeof *options;
 }
 
+const tabulate_renderer tabulate_renderers[] = {{"mitsuba-rgb", HETAB_RGL_RGB},
+                                                {"mitsuba-spectral", HETAB_RGL_SPECTRAL},
+                                                {"pbrt", HETAB_RGL_SPECTRAL},
+                                                {"powitacq", HETAB_RGL_SPECTRAL},
+                                                {"powitacq-rgb", HETAB_RGL_RGB}};
+
 /* Tables for renderers. */
 static cli_option *renderer_options(cli_option *next, tabulate_request *r) {
   const cli_option options[] = {
+      {CLI_CHOICE, "for", 0, "mitsuba-rgb|mitsuba-spectral|pbrt|powitacq|powitacq-rgb",
+       "who is to read the .bsdf: linear sRGB for Mitsuba 3's rgb variants and powitacq_rgb, "
+       "spectra for its spectral variants, pbrt-v4 and powitacq (mitsuba-rgb)",
+       &r->renderer, 0, 0},
       {CLI_CHOICE, "merl-sampling", 0, "centre|edge|mean",
        "where a MERL cell is evaluated; readers truncate, so centre serves them best (centre)",
        &r->sampling, 0, 0},
@@ -98,7 +108,8 @@ static cli_option *renderer_options(cli_option *next, tabulate_request *r) {
        "every incidence to 80 degrees, and L1 at most 0.1 beyond (0.01)",
        &r->table_error, 1e-4, 0.5},
       {CLI_NUMBER, "specular-cone", 0, "DEG",
-       "fold the specular delta into the MERL table as an energy-preserving lobe that wide",
+       "fold the specular delta into .binary, .bsdf and .exr as a lobe of half vectors up to DEG "
+       "from the normal that reflects rho_s at every incidence",
        &r->cone_deg, 1e-3, 90},
   };
   memcpy(next, options, sizeof options);

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/angle.h"
 #include "numbers.h"
 #include "output.h"
 #include "tabulate_job.h"
@@ -24,24 +23,41 @@ static const hetab_report *device_report(const tabulate_job *job) {
 
 /* ---- JSON ---------------------------------------------------------------------------------- */
 
+/* Whether the delta is in the table, as a lobe. HDF5 always keeps it apart. */
+static int is_folded(const tabulate_job *job, size_t i) {
+  hetab_format format = job->reports[i].format;
+  return job->request->cone_deg > 0 && (format == HETAB_FORMAT_MERL || format == HETAB_FORMAT_RGL);
+}
+
 /* The name of the file that holds the specular reflectance; free() it. */
 static char *specular_file(const tabulate_job *job, size_t i) {
   hetab_format format = job->reports[i].format;
   const char *path = job->request->files.items[i];
-  return format == HETAB_FORMAT_MERL || format == HETAB_FORMAT_RGL
-             ? hetab_specular_path(job->ctx, path)
-             : strdup(path);
+  int beside = (format == HETAB_FORMAT_MERL || format == HETAB_FORMAT_RGL) && !is_folded(job, i);
+  return beside ? hetab_specular_path(job->ctx, path) : strdup(path);
 }
 
 static json_t *specular_json(const tabulate_job *job, size_t i) {
-  const hetab_output_report *r = &job->reports[i];
-  double cone = r->format == HETAB_FORMAT_MERL ? hetab_degrees(job->merl.specular_cone) : 0;
   char *file = specular_file(job, i);
   json_t *json =
-      json_pack("{sf so so sf}", "max", r->specular_max, "file", cli_json_text(file ? file : ""),
-                "in_table", json_boolean(cone > 0), "cone_deg", cone);
+      json_pack("{sf sf so so sf}", "max", job->reports[i].specular_max, "share",
+                hetab_specular_share(job->surface), "file", cli_json_text(file ? file : ""),
+                "in_table", json_boolean(is_folded(job, i)), "cone_deg",
+                is_folded(job, i) ? job->request->cone_deg : 0.0);
   free(file);
   return json;
+}
+
+/* Who reads the file: what tests/test_cli_rgl.sh and tests/renderers check, and no more. */
+static const char *readers_of(const tabulate_job *job, hetab_format format) {
+  static const char *const readers[] = {
+      [HETAB_FORMAT_H5] = "hetab and whatever reads HDF5",
+      [HETAB_FORMAT_MERL] = "readers of the MERL database",
+      [HETAB_FORMAT_RGL] = "Mitsuba 3's rgb variants and powitacq_rgb; for pbrt-v4 take --for pbrt",
+      [HETAB_FORMAT_EXR] = "OpenEXR readers that know several parts"};
+  if (format == HETAB_FORMAT_RGL && job->rgl.bands == HETAB_RGL_SPECTRAL)
+    return "pbrt-v4, powitacq and Mitsuba 3's spectral variants";
+  return readers[format];
 }
 
 static const char *bands_name(const tabulate_job *job) {
@@ -74,6 +90,8 @@ static json_t *output_json(const tabulate_job *job, size_t i) {
       report->kernel_seconds, "kernel_entries_per_second",
       rate(report->entries, report->kernel_seconds), "error", cli_json_error(&report->error),
       "specular", specular_json(job, i));
+  if (json)
+    json_object_set_new(json, "loads_in", json_string(readers_of(job, output->format)));
   if (json && output->format == HETAB_FORMAT_MERL)
     json_object_set_new(json, "clamped", json_integer((json_int_t)report->clamped));
   if (json && output->format == HETAB_FORMAT_EXR)
@@ -135,45 +153,42 @@ static void print_rgl(const tabulate_job *job, const char *path, const hetab_rgl
            path);
 }
 
-static void print_exr(const char *path, const hetab_output_report *r) {
-  printf("%s: specular reflectance, at most %.3g, is in the part specular_reflectance\n", path,
-         r->specular_max);
-  if (r->saturated)
-    printf("%s: %zu pixels above 65504 are stored as 65504: take --exr-type float\n", path,
-           r->saturated);
-}
-
-/* What is beside MERL and RGL tables. */
-static void print_beside(const tabulate_job *job, size_t i) {
+/* Where the delta is, and what leaving it out would cost. */
+static void print_specular(const tabulate_job *job, size_t i) {
   const hetab_output_report *r = &job->reports[i];
   const char *path = job->request->files.items[i];
-  double cone = r->format == HETAB_FORMAT_MERL ? hetab_degrees(job->merl.specular_cone) : 0;
+  double share = hetab_specular_share(job->surface), allowed = job->request->table_error;
   char *file = specular_file(job, i);
-  if (cone > 0)
-    printf("%s: specular reflectance, at most %.3g, folded in as a %g degree lobe; "
-           "do not add %s again\n",
-           path, r->specular_max, cone, file);
+  if (is_folded(job, i))
+    printf("%s: specular reflectance, at most %.3g, folded in as a %g degree lobe\n", path,
+           r->specular_max, job->request->cone_deg);
+  else if (r->format == HETAB_FORMAT_H5 || r->format == HETAB_FORMAT_EXR)
+    printf("%s: specular reflectance, at most %.3g, is in %s\n", path, r->specular_max,
+           r->format == HETAB_FORMAT_H5 ? "/specular_reflectance"
+                                        : "the part specular_reflectance");
+  else if (share > (allowed > 0 ? allowed : 0.01))
+    printf("%s: warning: the table lacks %.2g %% of the light, the specular delta (rho_s up to "
+           "%.3g): fold it in (--specular-cone 2), let the renderer add %s, or in Mitsuba take the "
+           "model itself (hetab shader)\n",
+           path, 100 * share, r->specular_max, file);
   else
-    printf("%s: specular reflectance, at most %.3g, omitted; it is in %s\n", path, r->specular_max,
-           file);
+    printf("%s: specular reflectance, at most %.3g, %.2g %% of the light, is in %s\n", path,
+           r->specular_max, 100 * share, file);
   free(file);
-  if (r->report.clamped)
-    printf("%s: %zu cells out of gamut: negative values set to 0\n", path, r->report.clamped);
 }
 
 static void print_notes(const tabulate_job *job, size_t i) {
   const hetab_output_report *r = &job->reports[i];
   const char *path = job->request->files.items[i];
-  if (r->format == HETAB_FORMAT_H5)
-    printf("%s: specular reflectance, at most %.3g, is in /specular_reflectance\n", path,
-           r->specular_max);
-  else if (r->format == HETAB_FORMAT_EXR)
-    print_exr(path, r);
-  else {
-    if (r->format == HETAB_FORMAT_RGL)
-      print_rgl(job, path, &r->rgl);
-    print_beside(job, i);
-  }
+  if (r->format == HETAB_FORMAT_RGL)
+    print_rgl(job, path, &r->rgl);
+  print_specular(job, i);
+  if (r->saturated)
+    printf("%s: %zu pixels above 65504 are stored as 65504: take --exr-type float\n", path,
+           r->saturated);
+  if (r->format == HETAB_FORMAT_MERL && r->report.clamped)
+    printf("%s: %zu cells out of gamut: negative values set to 0\n", path, r->report.clamped);
+  printf("%s: loads in %s\n", path, readers_of(job, r->format));
 }
 
 static void print_engine(const tabulate_job *job) {

@@ -82,7 +82,7 @@ void hetab_convert_close(hetab_convert_source *source) {
 
 /* ---- values -------------------------------------------------------------------------------- */
 
-void hetab_convert_directions(const hetab_rgl_pair *pair, float wi[3], float wo[3]) {
+void hetab_convert_directions(const hetab_directions *pair, float wi[3], float wo[3]) {
   const double most = M_PI_2 * (1 - 1.0 / 9000);
   double i = fmin(pair->theta_i, most), r = fmin(pair->theta_r, most);
   wi[0] = (float)sin(i);
@@ -114,7 +114,7 @@ size_t hetab_convert_channels(const hetab_convert_source *source, const float *i
 
 enum { BLOCK = 256 };
 
-hetab_status hetab_convert_values(hetab_context *ctx, void *user, const hetab_rgl_pair *pairs,
+hetab_status hetab_convert_values(hetab_context *ctx, void *user, const hetab_directions *pairs,
                                   size_t count, double *values) {
   hetab_convert_source *source = user;
   float wi[BLOCK][3], wo[BLOCK][3];

@@ -25,10 +25,10 @@ void hetab_convert_close(hetab_convert_source *source);
 
 /* Unit vectors of a pair; angles are kept off the horizon by a hundredth of a degree, where tables
  * hold nothing. */
-void hetab_convert_directions(const hetab_rgl_pair *pair, float wi[3], float wo[3]);
+void hetab_convert_directions(const hetab_directions *pair, float wi[3], float wo[3]);
 
 /* A hetab_rgl_values_fn; user is the source. */
-hetab_status hetab_convert_values(hetab_context *ctx, void *user, const hetab_rgl_pair *pairs,
+hetab_status hetab_convert_values(hetab_context *ctx, void *user, const hetab_directions *pairs,
                                   size_t count, double *values);
 /* rho_s in the output's channels, value[channels]. */
 hetab_status hetab_convert_specular(hetab_context *ctx, const hetab_convert_source *source,

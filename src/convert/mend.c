@@ -3,16 +3,12 @@
 #include <math.h>
 #include <stdlib.h>
 
-enum { CHANNELS = 3, H = HETAB_MERL_THETA_H, D = HETAB_MERL_THETA_D, P = HETAB_MERL_PHI_D };
-
-void hetab_merl_middle(size_t cell, double *mu_i, double *mu_r) {
-  double h = ((double)(cell / (D * P)) + 0.5) / H, d = ((double)(cell / P % D) + 0.5) / D;
-  double theta_h = h * h * M_PI_2, theta_d = d * M_PI_2;
-  double phi_d = ((double)(cell % P) + 0.5) / P * M_PI;
-  double even = cos(theta_h) * cos(theta_d), odd = sin(theta_h) * sin(theta_d) * cos(phi_d);
-  *mu_i = even - odd;
-  *mu_r = even + odd;
-}
+enum {
+  CHANNELS = HETAB_MERL_CHANNELS,
+  H = HETAB_MERL_THETA_H,
+  D = HETAB_MERL_THETA_D,
+  P = HETAB_MERL_PHI_D
+};
 
 static int has_value(const hetab_merl *merl, size_t cell) {
   for (int c = 0; c < CHANNELS; c++) {
@@ -26,9 +22,8 @@ static int has_value(const hetab_merl *merl, size_t cell) {
 size_t hetab_merl_holes(const hetab_merl *merl) {
   size_t holes = 0;
   for (size_t cell = 0; cell < HETAB_MERL_CELLS; cell++) {
-    double mu_i, mu_r;
-    hetab_merl_middle(cell, &mu_i, &mu_r);
-    holes += mu_i > 0 && mu_r > 0 && !has_value(merl, cell);
+    hetab_merl_pair pair;
+    holes += hetab_merl_pair_of(hetab_merl_middle(cell), &pair) && !has_value(merl, cell);
   }
   return holes;
 }

@@ -5,9 +5,7 @@
 #include <hetab/merl.h>
 
 #include "core/context.h"
-
-/* The cosines of both directions at the middle of a cell. */
-void hetab_merl_middle(size_t cell, double *mu_i, double *mu_r);
+#include "table/merl_frame.h"
 
 /* How many cells whose middle is above the horizon have no value: marked, negative, infinite or not
  * a number in any channel. */

@@ -11,16 +11,15 @@
 #include "convert/mend.h"
 #include "core/held_files.h"
 #include "core/input_file.h"
-#include "lookup/specular.h"
 #include "rgl/rgl_table.h"
 #include "table/h5_head.h"
-#include "table/specular_file.h"
+#include "table/specular.h"
 
 /* ---- HDF5 ---------------------------------------------------------------------------------- */
 
 /* One incidence, [channel][theta_r][phi], from pairs' values [theta_r][phi][channel]. */
 static hetab_status write_row(hetab_context *ctx, hetab_convert_source *source, size_t row,
-                              const hetab_rgl_pair *pairs, size_t count, double *values,
+                              const hetab_directions *pairs, size_t count, double *values,
                               double *slab, hetab_table_writer *writer) {
   HETAB_TRY(hetab_convert_values(ctx, source, pairs, count, values));
   for (size_t c = 0; c < source->channels; c++) {
@@ -32,21 +31,21 @@ static hetab_status write_row(hetab_context *ctx, hetab_convert_source *source, 
   return HETAB_OK;
 }
 
-static void row_pairs(const hetab_grid *grid, size_t row, hetab_rgl_pair *pairs) {
+static void row_pairs(const hetab_grid *grid, size_t row, hetab_directions *pairs) {
   const double radian = M_PI / 180, *deg[HETAB_AXIS_COUNT];
   for (hetab_axis axis = 0; axis < HETAB_AXIS_COUNT; axis++)
     deg[axis] = hetab_grid_deg(grid, axis);
   for (size_t r = 0; r < hetab_grid_count(grid, HETAB_THETA_R); r++)
     for (size_t p = 0; p < hetab_grid_count(grid, HETAB_PHI); p++)
-      *pairs++ = (hetab_rgl_pair){deg[HETAB_THETA_I][row] * radian, deg[HETAB_THETA_R][r] * radian,
-                                  deg[HETAB_PHI][p] * radian};
+      *pairs++ = (hetab_directions){deg[HETAB_THETA_I][row] * radian,
+                                    deg[HETAB_THETA_R][r] * radian, deg[HETAB_PHI][p] * radian};
 }
 
 static hetab_status write_rows(hetab_context *ctx, hetab_convert_source *source,
                                const hetab_grid *grid, hetab_table_writer *writer) {
   size_t rows = hetab_grid_count(grid, HETAB_THETA_I);
   size_t count = hetab_grid_count(grid, HETAB_THETA_R) * hetab_grid_count(grid, HETAB_PHI);
-  hetab_rgl_pair *pairs = hetab_alloc(ctx, count, sizeof *pairs);
+  hetab_directions *pairs = hetab_alloc(ctx, count, sizeof *pairs);
   double *values = hetab_alloc(ctx, count, source->channels * sizeof *values);
   double *slab = hetab_alloc(ctx, count, sizeof *slab);
   hetab_status status = pairs && values && slab ? HETAB_OK : HETAB_ERR_MEMORY;
@@ -116,36 +115,19 @@ hetab_status hetab_convert_to_h5(hetab_context *ctx, hetab_convert_source *sourc
 
 /* ---- MERL ---------------------------------------------------------------------------------- */
 
-/* The pair at the middle of a cell; 0 if that is below the horizon. */
-static int middle_pair(size_t cell, hetab_rgl_pair *pair) {
-  enum { D = HETAB_MERL_THETA_D, P = HETAB_MERL_PHI_D };
-  double h = ((double)(cell / (D * P)) + 0.5) / HETAB_MERL_THETA_H, mu_i, mu_r;
-  double theta_h = h * h * M_PI_2, theta_d = ((double)(cell / P % D) + 0.5) / D * M_PI_2;
-  double phi_d = ((double)(cell % P) + 0.5) / P * M_PI;
-  hetab_merl_middle(cell, &mu_i, &mu_r);
-  if (mu_i <= 0 || mu_r <= 0)
-    return 0;
-  double lateral = sin(theta_d) * sin(phi_d);
-  double forward = sin(theta_d) * cos(phi_d) * cos(theta_h), up = cos(theta_d) * sin(theta_h);
-  double xi = up + forward, xr = up - forward;
-  *pair = (hetab_rgl_pair){atan2(hypot(xi, lateral), mu_i), atan2(hypot(xr, lateral), mu_r),
-                           atan2(-lateral, xr) - atan2(lateral, xi)};
-  return 1;
-}
-
 /* The cells [first, end). */
 static hetab_status fill_cells(hetab_context *ctx, hetab_convert_source *source, size_t first,
-                               size_t end, hetab_rgl_pair *pairs, double *values,
+                               size_t end, hetab_directions *pairs, double *values,
                                hetab_merl *merl) {
   size_t count = 0;
-  hetab_rgl_pair pair;
+  hetab_merl_pair pair;
   for (size_t cell = first; cell < end; cell++)
-    if (middle_pair(cell, &pair))
-      pairs[count++] = pair;
+    if (hetab_merl_pair_of(hetab_merl_middle(cell), &pair))
+      pairs[count++] = pair.at;
   HETAB_TRY(hetab_convert_values(ctx, source, pairs, count, values));
   for (size_t cell = first; cell < end; cell++)
-    if (middle_pair(cell, &pair))
-      for (int c = 0; c < 3; c++)
+    if (hetab_merl_pair_of(hetab_merl_middle(cell), &pair))
+      for (int c = 0; c < HETAB_MERL_CHANNELS; c++)
         hetab_merl_channel(merl, c)[cell] = *values++;
   return HETAB_OK;
 }
@@ -154,7 +136,7 @@ hetab_status hetab_convert_to_merl(hetab_context *ctx, hetab_convert_source *sou
                                    const char *path, const hetab_convert_options *options) {
   enum { ROW = HETAB_MERL_THETA_D * HETAB_MERL_PHI_D };
   hetab_merl *merl = NULL;
-  hetab_rgl_pair *pairs = hetab_alloc(ctx, ROW, sizeof *pairs);
+  hetab_directions *pairs = hetab_alloc(ctx, ROW, sizeof *pairs);
   double *values = hetab_alloc(ctx, 3 * ROW, sizeof *values);
   hetab_status status = pairs && values ? hetab_merl_create(ctx, &merl) : HETAB_ERR_MEMORY;
   for (size_t row = 0; row < HETAB_MERL_THETA_H && status == HETAB_OK; row++) {
@@ -240,8 +222,8 @@ static hetab_status write_csv(hetab_context *ctx, const hetab_convert_source *so
       rho[w * ANGLES + i] = (double)at[w];
   }
   if (status == HETAB_OK)
-    status = hetab_specular_save(ctx, path, hetab_lookup_wavelengths_um(source->table), count, rho,
-                                 overwrite);
+    status = hetab_specular_save(ctx, path, hetab_lookup_wavelengths_um(source->table), count,
+                                 false, rho, overwrite);
   free(at);
   free(rho);
   return status;

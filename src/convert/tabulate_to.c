@@ -3,6 +3,7 @@
 #include <float.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include <hetab/devices.h>
 #include <hetab/host_model.h>
@@ -14,7 +15,7 @@
 #include "core/clock.h"
 #include "core/context.h"
 #include "table/exr_file.h"
-#include "table/specular_file.h"
+#include "table/specular.h"
 #include "table/table_format.h"
 
 typedef struct output {
@@ -57,6 +58,14 @@ static bool is_dense(const output *o) {
   return o->report.format == HETAB_FORMAT_H5 || o->report.format == HETAB_FORMAT_EXR;
 }
 
+/* Whether the delta is in the table, as a lobe: then no file of it may be beside. */
+static bool is_folded(const job *job, const output *o) {
+  const hetab_tabulate_to_options *options = &job->options;
+  return (o->report.format == HETAB_FORMAT_MERL && options->merl &&
+          options->merl->specular_cone > 0) ||
+         (o->report.format == HETAB_FORMAT_RGL && options->rgl && options->rgl->specular_cone > 0);
+}
+
 static bool has_dense(const job *job) {
   return has(job, HETAB_FORMAT_H5) || has(job, HETAB_FORMAT_EXR);
 }
@@ -68,18 +77,28 @@ static hetab_precision precision_of(const job *job) {
   return !o ? HETAB_FLOAT : o->method == HETAB_METHOD_LITERAL ? HETAB_DOUBLE : o->precision;
 }
 
+/* The wavelengths of a MERL table's channels; 0: the surface's, as colour. */
+static size_t channel_count(const job *job, const output *o) {
+  const hetab_merl_options *merl = job->options.merl;
+  if (o->report.format != HETAB_FORMAT_MERL || !merl || merl->colour == HETAB_MERL_SRGB)
+    return 0;
+  return merl->colour == HETAB_MERL_MONO ? 1 : 3;
+}
+
 /* ---- outputs, before any work -------------------------------------------------------------- */
 
 /* No two files of the job may be one; but tables of two formats may share the file of their delta,
- * which is the same. */
-static hetab_status check_distinct(hetab_context *ctx, const output *a, const output *b) {
+ * where it is the same. */
+static hetab_status check_distinct(const job *job, const output *a, const output *b) {
+  hetab_context *ctx = job->ctx;
+  bool same = a->report.format != b->report.format && !channel_count(job, a) &&
+              !channel_count(job, b) && is_folded(job, a) == is_folded(job, b);
   const char *files_a[] = {a->path, a->specular}, *files_b[] = {b->path, b->specular};
   if (hetab_same_file(a->path, b->path))
     return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "%s: the same output is given twice", b->path);
   for (int i = 0; i < 2; i++)
     for (int k = 0; k < 2; k++)
-      if (files_a[i] && files_b[k] && !(i && k && a->report.format != b->report.format) &&
-          hetab_same_file(files_a[i], files_b[k]))
+      if (files_a[i] && files_b[k] && !(i && k && same) && hetab_same_file(files_a[i], files_b[k]))
         return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
                           "%s and %s would both write %s: give one another name", a->path, b->path,
                           files_b[k]);
@@ -96,7 +115,7 @@ static hetab_status add_output(job *job, const char *path) {
   if (!is_dense(o) && !(o->specular = hetab_specular_path(job->ctx, path)))
     return HETAB_ERR_MEMORY;
   for (output *other = job->outputs; other < o; other++)
-    HETAB_TRY(check_distinct(job->ctx, other, o));
+    HETAB_TRY(check_distinct(job, other, o));
   return HETAB_OK;
 }
 
@@ -131,16 +150,28 @@ static double *specular_table(job *job, const double *theta_i, size_t count, dou
   return rho;
 }
 
-static hetab_status save_bands(job *job, const char *path, const double *rho) {
-  size_t count = hetab_surface_band_count(job->surface);
+static hetab_status save_bands(job *job, const output *o, const double *theta_i) {
+  size_t channels = channel_count(job, o);
+  size_t count = channels ? channels : hetab_surface_band_count(job->surface);
+  hetab_band *bands = hetab_alloc(job->ctx, count, sizeof *bands);
   double *lambda_um = hetab_alloc(job->ctx, count, sizeof *lambda_um);
-  if (!lambda_um)
-    return HETAB_ERR_MEMORY;
-  for (size_t i = 0; i < count; i++)
-    lambda_um[i] = hetab_surface_bands(job->surface)[i].lambda_um;
-  hetab_status status =
-      hetab_specular_save(job->ctx, path, lambda_um, count, rho, job->options.overwrite);
+  double *rho = hetab_alloc(job->ctx, count * HETAB_SPECULAR_ANGLES, sizeof *rho);
+  hetab_status status;
+  HETAB_GOTO(bands && lambda_um && rho ? HETAB_OK : HETAB_ERR_MEMORY);
+  for (size_t i = 0; i < count; i++) {
+    bands[i] = hetab_surface_bands(job->surface)[channels ? 0 : i];
+    if (channels)
+      HETAB_GOTO(
+          hetab_surface_at(job->ctx, job->surface, job->options.merl->band_um[i], &bands[i]));
+    lambda_um[i] = bands[i].lambda_um;
+  }
+  hetab_specular_of_bands(job->surface, bands, count, theta_i, HETAB_SPECULAR_ANGLES, rho);
+  HETAB_GOTO(hetab_specular_save(job->ctx, o->specular, lambda_um, count, channels > 0, rho,
+                                 job->options.overwrite));
+done:
+  free(bands);
   free(lambda_um);
+  free(rho);
   return status;
 }
 
@@ -155,9 +186,8 @@ static hetab_status save_specular(job *job, output *o) {
   double *rho = specular_table(job, theta_i, HETAB_SPECULAR_ANGLES, &o->report.specular_max);
   if (!rho)
     return HETAB_ERR_MEMORY;
-  hetab_status status = written ? HETAB_OK : save_bands(job, o->specular, rho);
   free(rho);
-  return status;
+  return written || is_folded(job, o) ? HETAB_OK : save_bands(job, o, theta_i);
 }
 
 /* ---- dense tables -------------------------------------------------------------------------- */
@@ -383,6 +413,9 @@ static hetab_status publish(job *job) {
     HETAB_TRY(check_output(job, o));
   HETAB_TRY(hetab_progress(job->ctx, 1, 1));
   hetab_status status = hetab_atomic_publish(job->ctx, &job->held);
+  for (const output *o = job->outputs; o < end && status == HETAB_OK; o++)
+    if (is_folded(job, o))
+      unlink(o->specular); /* of an earlier table: readers would add it */
   for (output *o = job->outputs; o < end; o++)
     o->report.published = o->held <= job->held.published;
   return status;

@@ -301,7 +301,12 @@ hetab_status hetab_atomic_replace(hetab_context *ctx, hetab_atomic_file *file) {
 }
 
 hetab_status hetab_atomic_sync_name(hetab_context *ctx, const hetab_atomic_file *file) {
-  return sync_directory(file->directory) ? hetab_atomic_fail(ctx, file, errno) : HETAB_OK;
+  return sync_directory(file->directory)
+             ? hetab_fail(
+                   ctx, HETAB_ERR_IO,
+                   "'%s' is in its place, but its folder cannot be synced: %m; check the disk",
+                   file->path)
+             : HETAB_OK;
 }
 
 void hetab_atomic_take_back(hetab_atomic_file *file) {

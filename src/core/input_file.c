@@ -29,8 +29,6 @@ static hetab_status check(hetab_context *ctx, const char *path, hetab_input_kind
   if (S_ISDIR(about.st_mode) && kind == HETAB_INPUT_TEXT)
     return hetab_fail(ctx, HETAB_ERR_IO, "%s: cannot read: %s: name a readable text file", path,
                       strerror(EISDIR));
-  if (S_ISDIR(about.st_mode))
-    return unreadable(ctx, path, kind, strerror(EISDIR));
   if (kind == HETAB_INPUT_TABLE && !S_ISREG(about.st_mode))
     return unreadable(ctx, path, kind, "it is not a regular file");
   return hetab_note_input(ctx, path, &about);

@@ -7,6 +7,7 @@
 #include "cl/device.h"
 
 #include "core/option_size.h"
+#include "engine/borrowed.h"
 
 /* What the rows method can keep at best and keeps by default: float arithmetic rounds the exponent
  * to up to 8e-6, double and its polynomials give out at about 1e-11. */
@@ -110,4 +111,23 @@ void hetab_engine_free(hetab_engine *engine) {
   for (int i = 0; i < engine->lane_count; i++)
     hetab_lane_close(&engine->lanes[i]);
   free(engine);
+}
+
+hetab_status hetab_engine_borrow_series(hetab_context *ctx, const hetab_engine *engine,
+                                        hetab_engine **out) {
+  *out = hetab_alloc(ctx, 1, sizeof **out);
+  if (!*out)
+    return HETAB_ERR_MEMORY;
+  **out = *engine;
+  if (engine->method == HETAB_METHOD_ROWS)
+    (*out)->method = HETAB_METHOD_SERIES;
+  return HETAB_OK;
+}
+
+void hetab_engine_return(hetab_engine *borrowed) {
+  free(borrowed);
+}
+
+double hetab_slab_value(const hetab_engine *engine, const void *values, size_t i) {
+  return hetab_real_at(engine, values, i);
 }

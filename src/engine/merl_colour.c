@@ -1,12 +1,13 @@
 /* MERL tables: from bands to channels, and from their sums to colours. */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "engine/dense.h"
 #include "engine/merl_job.h"
-#include "engine/specular_cone.h"
 #include "kernels/tables.h"
 #include "model/colour.h"
+#include "model/fold.h"
 #include "model/model.h"
 
 /* The surface's own wavelengths for colour, else the bands that the options name. */
@@ -78,29 +79,45 @@ hetab_status hetab_merl_job_bands(hetab_merl_job *job) {
   return set_waves(job);
 }
 
-hetab_status hetab_merl_job_add_cone(hetab_merl_job *job) {
-  double lobe[HETAB_MERL_THETA_D][HETAB_MERL_CHANNELS];
-  int cone_rows = hetab_specular_cone_rows(job->options->specular_cone);
-  if (cone_rows == 0)
-    return HETAB_OK;
-  for (int d = 0; d < HETAB_MERL_THETA_D; d++) {
-    double theta = hetab_merl_theta_d(d + 0.5),
-           per_energy = hetab_specular_cone_lobe(theta, cone_rows);
-    hetab_direction direction = hetab_direction_at(theta, hetab_tau_2sigma(job->surface));
-    memset(lobe[d], 0, sizeof lobe[d]);
-    for (size_t w = 0; w < job->band_count; w++) {
-      hetab_wave wave = hetab_wave_of(hetab_surface_sigma0_um(job->surface),
-                                      hetab_surface_tau_um(job->surface), &job->bands[w]);
-      double rho_s = hetab_specular(&direction, &wave);
-      for (int c = 0; c < HETAB_MERL_CHANNELS; c++)
-        lobe[d][c] += job->weights[w][c] * rho_s * per_energy;
-    }
-  }
-  for (size_t cell = 0; cell < (size_t)cone_rows * HETAB_MERL_THETA_D * HETAB_MERL_PHI_D; cell++)
+/* The rows that a cone reaches into: whole ones, for readers truncate. */
+static size_t cone_rows(double cone) {
+  hetab_merl_place end = hetab_merl_place_of((hetab_half_diff){cone, 0.0, 0.0});
+  double rows = ceil(fmin(end.h, HETAB_MERL_THETA_H) - 1e-9);
+  return rows < 1.0 ? 1 : (size_t)rows;
+}
+
+/* The lobe in the middle of a cell, times the samples that it is added to. phi_d and 180 - phi_d
+ * are one, to the last bit. */
+static void add_lobe(hetab_merl_job *job, const hetab_fold *fold, size_t cell, double *bands) {
+  size_t p = cell % HETAB_MERL_PHI_D, mirrored = HETAB_MERL_PHI_D - 1 - p;
+  hetab_half_diff middle = hetab_merl_middle(cell - p + (p < mirrored ? p : mirrored));
+  hetab_merl_pair pair;
+  if (!job->valid[cell] || !hetab_merl_pair_of(middle, &pair))
+    return;
+  memset(bands, 0, job->band_count * sizeof *bands);
+  hetab_fold_add(fold, pair.at.theta_i, pair.at.theta_r, pow(sin(middle.theta_h), 2.0), bands);
+  for (size_t w = 0; w < job->band_count; w++)
     for (size_t c = 0; c < HETAB_MERL_CHANNELS; c++)
-      job->sum[c * HETAB_MERL_CELLS + cell] +=
-          job->valid[cell] * lobe[cell / HETAB_MERL_PHI_D % HETAB_MERL_THETA_D][c];
-  return HETAB_OK;
+      job->sum[c * HETAB_MERL_CELLS + cell] += job->valid[cell] * job->weights[w][c] * bands[w];
+}
+
+hetab_status hetab_merl_job_add_cone(hetab_merl_job *job) {
+  enum { ROW = HETAB_MERL_THETA_D * HETAB_MERL_PHI_D };
+  hetab_fold *fold;
+  if (!(job->options->specular_cone > 0.0))
+    return HETAB_OK;
+  size_t rows = cone_rows(job->options->specular_cone);
+  double cone = hetab_merl_angles((hetab_merl_place){(double)rows, 0.0, 0.0}).theta_h;
+  double *bands = hetab_alloc(job->ctx, job->band_count, sizeof *bands);
+  hetab_status status = bands ? hetab_fold_create(job->ctx, job->surface, job->bands,
+                                                  job->band_count, cone, true, &fold)
+                              : HETAB_ERR_MEMORY;
+  for (size_t cell = 0; cell < rows * ROW && status == HETAB_OK; cell++)
+    add_lobe(job, fold, cell, bands);
+  if (status == HETAB_OK)
+    hetab_fold_free(fold);
+  free(bands);
+  return status;
 }
 
 size_t hetab_merl_job_fill(const hetab_merl_job *job, hetab_merl *merl) {

@@ -7,18 +7,14 @@
 #include "model/model.h"
 
 /* The literal reference of the channel sums at one sample; 0 if it is below the horizon. */
-static int literal_channels(const hetab_merl_job *job, double theta_h, double theta_d, double phi_d,
+static int literal_channels(const hetab_merl_job *job, hetab_merl_place place,
                             double channels[HETAB_MERL_CHANNELS]) {
-  double lateral = sin(theta_d) * sin(phi_d);
-  double forward = sin(theta_d) * cos(phi_d) * cos(theta_h), up = cos(theta_d) * sin(theta_h);
-  double mu_i = cos(theta_h) * cos(theta_d) - sin(theta_h) * sin(theta_d) * cos(phi_d);
-  double mu_r = cos(theta_h) * cos(theta_d) + sin(theta_h) * sin(theta_d) * cos(phi_d);
-  if (mu_i <= 0.0 || mu_r <= 0.0)
+  hetab_merl_pair pair;
+  if (!hetab_merl_pair_of(hetab_merl_angles(place), &pair))
     return 0;
-  double xi = forward + up, xr = up - forward;
-  hetab_point point = {.theta_i = atan2(hypot(xi, lateral), mu_i),
-                       .theta_r = atan2(hypot(xr, lateral), mu_r),
-                       .phi = atan2(-lateral, xr) - atan2(lateral, xi),
+  hetab_point point = {.theta_i = pair.at.theta_i,
+                       .theta_r = pair.at.theta_r,
+                       .phi = pair.at.phi,
                        .sigma0_um = hetab_surface_sigma0_um(job->surface),
                        .tau_um = hetab_surface_tau_um(job->surface)};
   for (size_t w = 0; w < job->band_count; w++) {
@@ -42,9 +38,11 @@ static void literal_cell(const hetab_merl_job *job, size_t cell,
   int valid = 0, n = job->sub.count;
   memset(channels, 0, HETAB_MERL_CHANNELS * sizeof *channels);
   for (int s = 0; s < n * n * n; s++)
-    valid += literal_channels(job, hetab_merl_theta_h((double)h + job->sub.offset[s / (n * n)]),
-                              hetab_merl_theta_d((double)d + job->sub.offset[s / n % n]),
-                              hetab_merl_phi_d((double)p + job->sub.offset[s % n]), channels);
+    valid += literal_channels(job,
+                              (hetab_merl_place){(double)h + job->sub.offset[s / (n * n)],
+                                                 (double)d + job->sub.offset[s / n % n],
+                                                 (double)p + job->sub.offset[s % n]},
+                              channels);
   for (int c = 0; c < HETAB_MERL_CHANNELS && valid; c++)
     channels[c] /= valid;
 }

@@ -5,8 +5,9 @@
 #include <hetab/tabulate.h>
 
 #include "engine/engine_internal.h"
+#include "table/merl_frame.h"
 
-enum { HETAB_MERL_CHANNELS = 3, HETAB_MERL_SUBSAMPLES = 3 };
+enum { HETAB_MERL_SUBSAMPLES = 3 };
 
 /* Where in a cell samples lie: offsets in [0, 1] of the cell's index range. */
 typedef struct hetab_sub_samples {
@@ -35,11 +36,6 @@ typedef struct hetab_merl_job {
   double *sum;          /* [channel][cell], of valid samples */
   unsigned char *valid; /* [cell], how many */
 } hetab_merl_job;
-
-/* An index of the table, fractions of cells included, to radians. */
-double hetab_merl_theta_h(double index);
-double hetab_merl_theta_d(double index);
-double hetab_merl_phi_d(double index);
 
 /* Bands, their weights in the channels, and the kernels' rows of them. */
 hetab_status hetab_merl_job_bands(hetab_merl_job *job);

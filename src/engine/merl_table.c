@@ -14,19 +14,6 @@
 
 enum { ROWS = HETAB_MERL_THETA_H * HETAB_MERL_THETA_D };
 
-double hetab_merl_theta_h(double index) {
-  double u = index / HETAB_MERL_THETA_H;
-  return u * u * M_PI_2;
-}
-
-double hetab_merl_theta_d(double index) {
-  return index / HETAB_MERL_THETA_D * M_PI_2;
-}
-
-double hetab_merl_phi_d(double index) {
-  return index / HETAB_MERL_PHI_D * M_PI;
-}
-
 static hetab_sub_samples sub_samples_of(hetab_merl_sampling sampling) {
   if (sampling == HETAB_MERL_EDGE)
     return (hetab_sub_samples){1, {0.0}};
@@ -78,11 +65,15 @@ static hetab_status upload_frame(hetab_merl_job *job, double offset_h, double of
     goto done;
   for (size_t p = 0; p < job->phi_samples; p++) {
     double index = phi_index(job, p);
-    cos_phi[p] = index == 0.5 * HETAB_MERL_PHI_D ? 0.0 : cos(hetab_merl_phi_d(index));
+    cos_phi[p] = index == 0.5 * HETAB_MERL_PHI_D
+                     ? 0.0
+                     : cos(hetab_merl_angles((hetab_merl_place){0.0, 0.0, index}).phi_d);
   }
   for (size_t row = 0; row < ROWS; row++) {
-    double theta_h = hetab_merl_theta_h((double)(row / HETAB_MERL_THETA_D) + offset_h);
-    double theta_d = hetab_merl_theta_d((double)(row % HETAB_MERL_THETA_D) + offset_d);
+    hetab_half_diff at =
+        hetab_merl_angles((hetab_merl_place){(double)(row / HETAB_MERL_THETA_D) + offset_h,
+                                             (double)(row % HETAB_MERL_THETA_D) + offset_d, 0.0});
+    double theta_h = at.theta_h, theta_d = at.theta_d;
     double lateral = 2.0 * cos(theta_d) * sin(theta_h), mu = 2.0 * cos(theta_h) * cos(theta_d);
     hetab_two_reals(job->engine, lateral * lateral, frame + row * HETAB_FRAME_REALS);
     frame[row * HETAB_FRAME_REALS + HETAB_FRAME_MU2] = mu * mu;

@@ -26,6 +26,11 @@ typedef struct hetab_fit_curvature {
   unsigned char *singular;                                /* [size] */
 } hetab_fit_curvature;
 
+/* Clear it whatever the outcome. */
+hetab_status hetab_fit_curvature_create(hetab_fit_problem *problem, const hetab_fit_state *best,
+                                        hetab_fit_curvature *c);
+void hetab_fit_curvature_clear(hetab_fit_curvature *c);
+
 /* Diffuse parts that are unknowns at a state. */
 void hetab_fit_number_columns(hetab_fit_curvature *c, const hetab_fit_state *state);
 /* The normal matrix and the gradient, c->score, for problem->dd and the state. times: how often
@@ -34,6 +39,9 @@ void hetab_fit_add_normal(hetab_fit_curvature *c, const hetab_fit_state *state,
                           const unsigned *times);
 /* The normal matrix's inverse, less the direction in which the constraint holds. */
 void hetab_fit_invert(hetab_fit_curvature *c);
+
+/* Of x: nearer to 0 or 1 is on the bound. */
+#define HETAB_FIT_EDGE 1e-6
 
 /* Half width, of a logarithm, of what the data do not determine. */
 #define HETAB_FIT_WIDE 1.0

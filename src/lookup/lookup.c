@@ -13,7 +13,7 @@
 #include "lookup/half_sampler.h"
 #include "lookup/lattice.h"
 #include "lookup/merl_source.h"
-#include "lookup/specular.h"
+#include "table/specular.h"
 #include "table/table_format.h"
 
 enum { BLOCK = 64 }; /* samples drawn before they are weighed */
@@ -126,6 +126,10 @@ static hetab_status open_rgl(hetab_context *ctx, const char *path, hetab_lookup 
   table->channels = hetab_rgl_channel_count(table->rgl);
   if (lambda_um)
     HETAB_TRY(copy_wavelengths(ctx, lambda_um, table));
+  if (hetab_rgl_specular_cone(table->rgl) > 0) { /* a file beside it would add the delta twice */
+    table->specular.channels = table->channels;
+    return HETAB_OK;
+  }
   return hetab_specular_beside(ctx, path, table->channels, table->lambda_um, &table->specular);
 }
 

@@ -69,13 +69,13 @@ hetab_status hetab_merl_prepare(hetab_context *ctx, const hetab_merl *merl,
   if (!source->logs)
     return HETAB_ERR_MEMORY;
   for (int h = 0; h < HETAB_MERL_THETA_H; h++) {
-    double u = (h + 0.5) / HETAB_MERL_THETA_H, s = sin(u * u * M_PI_2);
+    double s = sin(hetab_merl_angles((hetab_merl_place){h + 0.5, 0.0, 0.0}).theta_h);
     source->sin2_h[h] = s * s;
     for (int d = 0; d < D; d++)
       fill_row(merl, h, d, source, &first_valid[row_of(h, d)]);
   }
   for (int d = 0; d < D; d++)
-    source->theta_d[d] = (d + 0.5) / D * M_PI_2;
+    source->theta_d[d] = hetab_merl_angles((hetab_merl_place){0.0, d + 0.5, 0.0}).theta_d;
   source->low = source->high - 50;
   for (size_t row = 0; row < ROWS; row++)
     finish_row(source, row, first_valid[row]);

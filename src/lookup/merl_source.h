@@ -5,8 +5,9 @@
 #include <hetab/merl.h>
 
 #include "lookup/lattice.h"
+#include "table/merl_frame.h"
 
-enum { HETAB_MERL_CHANNELS = 3, HETAB_MERL_HALF = HETAB_MERL_PHI_D / 2 };
+enum { HETAB_MERL_HALF = HETAB_MERL_PHI_D / 2 };
 
 /* log2 of the cells, the two halves of phi_d (that reciprocity and the plane of incidence's
  * symmetry make equal) averaged, cells below the horizon continued from those above. */

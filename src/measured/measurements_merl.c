@@ -7,56 +7,13 @@
 #include <hetab/rgl.h>
 
 #include "measured/measurement_sheet.h"
-#include "table/half_diff.h"
+#include "table/merl_frame.h"
 
-enum { CHANNELS = 3, CORNERS = 8, MOST_CHANNELS = 4096 };
+enum { CHANNELS = HETAB_MERL_CHANNELS, MOST_CHANNELS = 4096 };
 
 /* In degrees; theta_r every 2.5 so that every theta_i has its mirror direction. */
 enum { THETA_I_STEP = 10, THETA_I_END = 80, THETA_R_END = 85, PHI_STEP = 15 };
 static const double theta_r_step = 2.5;
-
-/* The cell's number along phi_d: phi_d and phi_d + pi are one (reciprocity). */
-static int wrapped(int p) {
-  p %= HETAB_MERL_PHI_D;
-  return p < 0 ? p + HETAB_MERL_PHI_D : p;
-}
-
-static int clamped(int i, int count) {
-  return i < 0 ? 0 : i < count ? i : count - 1;
-}
-
-static size_t cell_at(const int place[3]) {
-  size_t h = (size_t)clamped(place[0], HETAB_MERL_THETA_H);
-  size_t d = (size_t)clamped(place[1], HETAB_MERL_THETA_D);
-  return (h * HETAB_MERL_THETA_D + d) * HETAB_MERL_PHI_D + (size_t)wrapped(place[2]);
-}
-
-/* Linear between centres; a corner below the horizon, or without a number, leaves its weight to the
- * others. NaN where all are. */
-static void interpolate(const hetab_merl *merl, const double place[3], double values[CHANNELS]) {
-  double sum[CHANNELS] = {0}, weights = 0;
-  for (int corner = 0; corner < CORNERS; corner++) {
-    int at[3];
-    double weight = 1;
-    for (int axis = 0; axis < 3; axis++) {
-      int up = corner >> axis & 1;
-      double low = floor(place[axis] - 0.5), fraction = place[axis] - 0.5 - low;
-      at[axis] = (int)low + up;
-      weight *= up ? fraction : 1 - fraction;
-    }
-    size_t cell = cell_at(at);
-    double corners[CHANNELS];
-    for (int c = 0; c < CHANNELS; c++)
-      corners[c] = hetab_merl_channel_const(merl, c)[cell];
-    if (!(corners[0] >= 0 && corners[1] >= 0 && corners[2] >= 0))
-      continue;
-    for (int c = 0; c < CHANNELS; c++)
-      sum[c] += weight * corners[c];
-    weights += weight;
-  }
-  for (int c = 0; c < CHANNELS; c++)
-    values[c] = weights > 0 ? sum[c] / weights : (double)NAN;
-}
 
 /* ---- directions ---------------------------------------------------------------------------- */
 
@@ -65,10 +22,9 @@ typedef void (*table_at)(const void *table, const hetab_measured_angles *angles,
 
 static void merl_at(const void *table, const hetab_measured_angles *angles, double *values) {
   hetab_half_diff half = hetab_half_diff_of(angles->theta_i, angles->theta_r, angles->phi_r);
-  double place[3] = {HETAB_MERL_THETA_H * sqrt(half.theta_h / M_PI_2),
-                     HETAB_MERL_THETA_D * half.theta_d / M_PI_2,
-                     HETAB_MERL_PHI_D * half.phi_d / M_PI};
-  interpolate(table, place, values);
+  if (!hetab_merl_read_interpolated(table, hetab_merl_place_of(half), values))
+    for (int c = 0; c < CHANNELS; c++)
+      values[c] = (double)NAN;
 }
 
 static void rgl_at(const void *table, const hetab_measured_angles *a, double *values) {

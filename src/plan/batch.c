@@ -111,9 +111,10 @@ static hetab_status measure_shared(job *j) {
   hetab_rgl_report report = {0};
   hetab_rgl *rgl = NULL;
   hetab_rgl_model *model = NULL;
+  const hetab_rgl_options options = {.bands = rgl_bands(j)};
   hetab_status status = load_rgl(j, j->plan->items[j->i].shares, &rgl);
   if (status == HETAB_OK)
-    status = hetab_rgl_model_create(j->ctx, j->scene->surfaces[j->i], rgl_bands(j), &model);
+    status = hetab_rgl_model_create(j->ctx, j->scene->surfaces[j->i], &options, &model);
   if (status == HETAB_OK)
     status = hetab_rgl_measure(j->ctx, hetab_rgl_model_source(model), rgl, &report);
   take_errors(j, &report);

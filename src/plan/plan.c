@@ -114,10 +114,10 @@ static double thread_seconds(void) {
 static hetab_status probe_rgl(hetab_context *ctx, const hetab_scene *scene,
                               const hetab_surface *surface, probed *out) {
   double start = thread_seconds();
-  hetab_rgl_bands bands =
-      scene->consumer == HETAB_MITSUBA_SPECTRAL ? HETAB_RGL_SPECTRAL : HETAB_RGL_RGB;
+  const hetab_rgl_options options = {
+      .bands = scene->consumer == HETAB_MITSUBA_SPECTRAL ? HETAB_RGL_SPECTRAL : HETAB_RGL_RGB};
   hetab_rgl_model *model;
-  HETAB_TRY(hetab_rgl_model_create(ctx, surface, bands, &model));
+  HETAB_TRY(hetab_rgl_model_create(ctx, surface, &options, &model));
   const hetab_rgl_source *source = hetab_rgl_model_source(model);
   out->channels = source->channels;
   out->spectral = source->wavelengths_um != NULL;

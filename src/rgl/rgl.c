@@ -1,6 +1,7 @@
 /* Reading RGL tables as the renderers do. m is the half vector; u_m its place in the unit square,
  * the azimuth relative to the light's; s the uniform point that the vndf's warp takes to u_m. Then
  *   f cos(theta_o) = spectra(s) ndf(u_m) / (4 sigma(u_wi)). */
+#include "core/angle.h"
 #include "rgl/rgl_internal.h"
 
 #include <float.h>
@@ -119,6 +120,10 @@ const double *hetab_rgl_wavelengths_um(const hetab_rgl *rgl) {
 
 size_t hetab_rgl_negative(const hetab_rgl *rgl) {
   return rgl->negative;
+}
+
+double hetab_rgl_specular_cone(const hetab_rgl *rgl) {
+  return hetab_radians((double)rgl->specular_cone_deg);
 }
 
 static float spectrum_at(const hetab_rgl *rgl, const hetab_blend *blend, const hetab_cell *cell,

@@ -11,9 +11,9 @@
 #include "rgl/rgl_trial.h"
 
 /* Incidences, every 2 degrees. */
-enum { PROBES = 46, LAST_PROBE = 40, PROBE_RESOLUTION = 12 };
-/* Beyond 80 degrees the error may be this much larger. */
-static const double grazing_share = 8.0;
+enum { PROBES = 46, LAST_PROBE = 42, PROBE_RESOLUTION = 24 };
+/* Beyond 84 degrees the error may be this much larger. */
+static const double grazing_share = 5.0;
 
 /* ---- incidences ---------------------------------------------------------------------------- */
 
@@ -41,12 +41,13 @@ static hetab_status probe_error(hetab_context *ctx, const hetab_rgl_source *sour
 /* How dense incidences should stand, density[PROBES]: the number of intervals of an error of 1 per
  * radian. */
 static hetab_status probe_density(hetab_context *ctx, const hetab_rgl_source *source,
-                                  double *density) {
-  const hetab_rgl_shape shape = {PROBES, 256, 64, 32, PROBE_RESOLUTION};
+                                  hetab_rgl_shape shape, double *density) {
   size_t values = source->channels * PROBE_RESOLUTION * PROBE_RESOLUTION;
   double theta[PROBES], *slices = NULL, step = M_PI_2 / (PROBES - 1);
   hetab_rgl *probe;
   hetab_status status;
+  shape.theta_i = PROBES;
+  shape.resolution = PROBE_RESOLUTION;
   for (size_t k = 0; k < PROBES; k++)
     theta[k] = step * (double)k;
   HETAB_TRY(hetab_rgl_new(ctx, source, &shape, theta, &probe));
@@ -123,8 +124,8 @@ enum {
 
 /* Of what is asked for, so that other random directions find the error below it too. */
 static const double margin = 0.9;
-/* The bias asked for, of the error. */
-static const double bias_share = 1.0 / 3.0;
+/* The bias asked for, of the error: a third, with a tenth to spare once more. */
+static const double bias_share = 0.3;
 /* From the error expected of one candidate to that of the next. */
 static const double coarsest = 0.3, finer = 0.87;
 
@@ -137,6 +138,7 @@ typedef struct search {
   double density[PROBES];
   double intervals, cells;
   hetab_rgl_shape shape;
+  size_t probe_resolution; /* of the tables that `cells` and the softness are found from */
   hetab_rgl_trial trial;
   size_t failing; /* an incidence where the last candidate did not serve */
   hetab_rgl *best;
@@ -201,7 +203,7 @@ static hetab_status try_shape(search *s, const hetab_rgl_shape *shape, int is_la
  * that are left out untried are fewer for a larger one, so that more error allowed never asks for a
  * larger file. */
 static hetab_status find_shape(search *s) {
-  const double hopeless = 4.0; /* times the target */
+  const double hopeless = 2.0; /* times the target */
   hetab_rgl_shape next = shape_for(s, coarsest);
   double level = coarsest;
   for (size_t k = 0; k < LEVELS; k++) {
@@ -252,7 +254,7 @@ static hetab_status choose_nodes(search *s) {
   size_t half = 1, nodes = 32;
   for (size_t i = 0; i < FINE; i++)
     theta[i] = hetab_rgl_u_to_theta((double)i / (FINE - 1));
-  HETAB_TRY(hetab_rgl_lobe_from_data(s->ctx, s->source, theta, FINE, density));
+  HETAB_TRY(hetab_rgl_lobe_from_data(s->ctx, s->source, 0.0, theta, FINE, density));
   while (half + 1 < FINE && density[half] > 0.5 * density[0])
     half++;
   while (nodes < 256 && nodes * half < 4 * FINE)
@@ -261,44 +263,66 @@ static hetab_status choose_nodes(search *s) {
   return HETAB_OK;
 }
 
-/* How many nodes an error of 1 would take: of a table read at its own incidences. */
-static hetab_status probe_cells(search *s) {
-  enum { SLICES = 6, RESOLUTION = 24 };
+enum { FORECAST_PROBE = 24, SEARCH_PROBE = 48 };
+
+/* How many nodes an error of 1 would take with this softness: of a table read at its own
+ * incidences. With `trial`, the directions that candidates are judged at, drawn from it. */
+static hetab_status probe_cells(search *s, double soft, hetab_rgl_trial *trial, double *cells) {
+  enum { SLICES = 6 };
   static const double theta_deg[SLICES] = {0.0, 20.0, 40.0, 60.0, 75.0, 90.0};
   double theta_i[SLICES];
   hetab_rgl_shape shape = s->shape;
   hetab_rgl_report report;
   hetab_rgl_trial own = {0};
+  hetab_rgl *probe;
   hetab_status status;
   shape.theta_i = SLICES;
-  shape.resolution = RESOLUTION;
+  shape.resolution = s->probe_resolution;
+  shape.soft = soft;
   for (size_t k = 0; k < SLICES; k++)
     theta_i[k] = hetab_radians(theta_deg[k]);
-  HETAB_TRY(build_at(s->ctx, s->source, theta_i, &shape, &s->best));
-  HETAB_GOTO(hetab_rgl_trial_at(s->ctx, s->source, s->best, theta_i, SLICES - 1, &own));
-  hetab_rgl_trial_run(&own, s->best, &report);
-  s->cells = (RESOLUTION - 1) * sqrt(report.error_l1);
+  HETAB_TRY(build_at(s->ctx, s->source, theta_i, &shape, &probe));
+  HETAB_GOTO(hetab_rgl_trial_at(s->ctx, s->source, probe, theta_i, SLICES - 1, &own));
+  hetab_rgl_trial_run(&own, probe, &report);
+  *cells = (double)(s->probe_resolution - 1) * sqrt(report.error_l1);
+  if (trial)
+    HETAB_GOTO(hetab_rgl_trial_create(s->ctx, s->source, probe, 1, trial));
 done:
   hetab_rgl_trial_clear(&own);
+  hetab_rgl_free(probe);
   return status;
 }
 
-static hetab_status probe(search *s) {
+/* The softness that asks for the fewest nodes. */
+static hetab_status choose_soft(search *s) {
+  static const double tried[] = {0.0, 0.3, 0.6};
+  for (size_t i = 0; i < sizeof tried / sizeof *tried; i++) {
+    double cells;
+    HETAB_TRY(probe_cells(s, tried[i], NULL, &cells));
+    if (i == 0 || cells < s->cells) {
+      s->cells = cells;
+      s->shape.soft = tried[i];
+    }
+  }
+  return HETAB_OK;
+}
+
+static hetab_status prepare(search *s) {
   HETAB_TRY(choose_nodes(s));
-  HETAB_TRY(probe_density(s->ctx, s->source, s->density));
+  HETAB_TRY(choose_soft(s));
+  HETAB_TRY(probe_density(s->ctx, s->source, s->shape, s->density));
   for (size_t k = 1; k < PROBES; k++)
     s->intervals += 0.5 * (s->density[k - 1] + s->density[k]) * M_PI_2 / (PROBES - 1);
-  return probe_cells(s);
+  return HETAB_OK;
 }
 
 /* ---- forecasts ----------------------------------------------------------------------------- */
 
 hetab_status hetab_rgl_forecast_make(hetab_context *ctx, const hetab_rgl_source *source,
                                      hetab_rgl_forecast *out) {
-  search s = {.ctx = ctx, .source = source};
-  hetab_status status = probe(&s);
+  search s = {.ctx = ctx, .source = source, .probe_resolution = FORECAST_PROBE};
+  hetab_status status = prepare(&s);
   *out = (hetab_rgl_forecast){.intervals = s.intervals, .cells = s.cells, .nodes = s.shape};
-  hetab_rgl_free(s.best);
   return status;
 }
 
@@ -330,15 +354,18 @@ hetab_status hetab_rgl_forecast_at(hetab_context *ctx, const hetab_rgl_forecast 
 hetab_status hetab_rgl_build(hetab_context *ctx, const hetab_rgl_source *source,
                              const hetab_rgl_options *options, hetab_rgl **out,
                              hetab_rgl_report *report) {
-  search s = {.ctx = ctx, .source = source, .target = options->table_error};
+  search s = {.ctx = ctx,
+              .source = source,
+              .target = options->table_error,
+              .probe_resolution = options->resolution ? FORECAST_PROBE : SEARCH_PROBE};
   hetab_status status;
   *out = NULL;
   if (s.target == 0.0)
     s.target = 0.01;
   if (!(s.target > 0.0 && s.target <= 1.0))
     return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "table_error %g: give a value up to 1", s.target);
-  HETAB_GOTO(probe(&s));
-  HETAB_GOTO(hetab_rgl_trial_create(ctx, source, s.best, 1, &s.trial));
+  HETAB_GOTO(prepare(&s));
+  HETAB_GOTO(probe_cells(&s, s.shape.soft, &s.trial, &s.cells));
   HETAB_GOTO(options->resolution ? try_given(&s, options) : find_shape(&s));
 done:
   hetab_rgl_trial_clear(&s.trial);

@@ -6,15 +6,9 @@
 
 #include "core/context.h"
 
-/* One pair of directions: theta in [0, pi/2), phi = azimuth of the viewer minus that of the light,
- * pi being the mirror side. Radians. */
-typedef struct hetab_rgl_pair {
-  double theta_i, theta_r, phi;
-} hetab_rgl_pair;
-
 /* values[count][channels]: BRDFs in 1/sr without the cosine, finite and >= 0. */
 typedef hetab_status (*hetab_rgl_values_fn)(hetab_context *ctx, void *user,
-                                            const hetab_rgl_pair *pairs, size_t count,
+                                            const hetab_directions *pairs, size_t count,
                                             double *values);
 
 typedef struct hetab_rgl_source {
@@ -24,6 +18,7 @@ typedef struct hetab_rgl_source {
   hetab_rgl_values_fn values;   /* isotropic: even in phi */
   /* What is reflected beside the table: the delta's reflectance, the sum over channels. NULL: 0. */
   double (*specular)(void *user, double theta_i);
+  double specular_cone_deg; /* > 0: the delta is in the values, as a lobe that wide */
   void *user;
 } hetab_rgl_source;
 
@@ -33,6 +28,7 @@ typedef struct hetab_rgl_shape {
   size_t ndf;                  /* nodes of ndf and sigma over theta */
   size_t vndf_theta, vndf_phi; /* nodes of a vndf slice */
   size_t resolution;           /* nodes of luminance and spectra along either axis */
+  double soft;                 /* how much of the density of half vectors is its root, 0 to 1 */
 } hetab_rgl_shape;
 
 /* The smallest candidate whose errors are below options->table_error, or, where none is, the
@@ -63,8 +59,9 @@ hetab_status hetab_rgl_measure(hetab_context *ctx, const hetab_rgl_source *sourc
 
 /* The density D(theta_m) of half vectors that the source's lobe asks for, at theta_m[count]
  * (radians, ascending, 0 to pi/2): the mean, over several theta_d, of f cos(theta_i) cos(theta_r)
- * as a function of the half vector, each normalised. > 0 everywhere. */
+ * as a function of the half vector, each normalised; `soft` of it its root. > 0 everywhere. */
 hetab_status hetab_rgl_lobe_from_data(hetab_context *ctx, const hetab_rgl_source *source,
-                                      const double *theta_m, size_t count, double *density);
+                                      double soft, const double *theta_m, size_t count,
+                                      double *density);
 
 #endif

@@ -7,9 +7,12 @@
 #include "rgl/rgl_internal.h"
 #include "rgl/tensor.h"
 
+/* A field of ours, that other readers pass over. */
+#define CONE "specular_cone_deg"
+
 /* ---- writing ------------------------------------------------------------------------------- */
 
-enum { MOST_WRITTEN = 10 };
+enum { MOST_WRITTEN = 11 };
 
 typedef struct contents {
   hetab_tensor_field fields[MOST_WRITTEN];
@@ -60,6 +63,8 @@ static hetab_status contents_of(hetab_context *ctx, const hetab_rgl *rgl, conten
   add_warp(c, "luminance", rgl, &rgl->luminance);
   if (rgl->wavelengths_um)
     HETAB_TRY(set_wavelengths(ctx, rgl, c));
+  if (rgl->specular_cone_deg > 0.0f)
+    add(c, CONE, HETAB_TENSOR_F32, &rgl->specular_cone_deg, 1, (size_t[]){1});
   add(c, rgl->wavelengths_um ? "spectra" : "rgb", HETAB_TENSOR_F32, rgl->spectra, 5, spectra);
   return HETAB_OK;
 }
@@ -315,7 +320,16 @@ static hetab_status read_texts(reader *r) {
     return HETAB_ERR_MEMORY;
   if (length)
     memcpy(r->rgl->description, description->data, length);
-  return HETAB_OK;
+  const hetab_tensor_field *cone = hetab_tensor_find(&r->file, CONE);
+  if (!cone)
+    return HETAB_OK;
+  HETAB_TRY(get(r, CONE, HETAB_TENSOR_F32, 1, &cone));
+  HETAB_TRY(check_extent(r, cone, 0, 1));
+  memcpy(&r->rgl->specular_cone_deg, cone->data, sizeof(float));
+  if (r->rgl->specular_cone_deg > 0.0f && r->rgl->specular_cone_deg <= 90.0f)
+    return HETAB_OK;
+  return BAD(r, "'%s', field %s is %g: degrees up to 90 are needed", r->path, CONE,
+             (double)r->rgl->specular_cone_deg);
 }
 
 static hetab_status read_all(reader *r) {

@@ -17,7 +17,8 @@ typedef struct hetab_rgl_map {
 
 struct hetab_rgl {
   char *description;
-  int jacobian; /* 0: spectra hold f cos(theta_o) itself */
+  float specular_cone_deg; /* > 0: the delta is in the table, as a lobe that wide */
+  int jacobian;            /* 0: spectra hold f cos(theta_o) itself */
   size_t phi_i_count, theta_i_count;
   float *phi_i, *theta_i; /* radians, ascending */
   hetab_rgl_map ndf, sigma;

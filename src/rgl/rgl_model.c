@@ -11,6 +11,7 @@
 #include "core/option_size.h"
 #include "core/random.h"
 #include "model/colour.h"
+#include "model/fold.h"
 #include "model/limits.h"
 #include "model/spectrum.h"
 #include "rgl/rgl_internal.h"
@@ -25,6 +26,7 @@ struct hetab_rgl_model {
   size_t bands;
   hetab_spectrum *spectrum; /* NULL: the series */
   hetab_wave *waves;        /* [bands] */
+  hetab_fold *fold;         /* NULL: the delta is left out */
   double (*weights)[3];     /* to linear sRGB; NULL: the bands themselves */
   double *wavelengths_um;
   char description[256];
@@ -36,7 +38,7 @@ struct hetab_rgl_model {
 typedef struct worker {
   const hetab_rgl_model *m;
   const hetab_spectrum *spectrum; /* NULL: the series */
-  const hetab_rgl_pair *pairs;
+  const hetab_directions *pairs;
   size_t count;
   double *values; /* [count][channels] */
   float *bands;   /* [padded] */
@@ -100,12 +102,16 @@ static void *work(void *argument) {
   size_t channels = w->m->source.channels;
   hetab_direction in = hetab_direction_at(0.0, w->m->tau_2sigma);
   for (size_t i = 0; i < w->count; i++) {
-    const hetab_rgl_pair *pair = &w->pairs[i];
+    const hetab_directions *pair = &w->pairs[i];
     if (pair->theta_i != in.theta) /* slices have one */
       in = hetab_direction_at(pair->theta_i, w->m->tau_2sigma);
     hetab_direction to = hetab_direction_at(pair->theta_r, w->m->tau_2sigma);
     hetab_pair p = hetab_pair_of(&in, &to);
-    pair_bands(w, &p, hetab_one_plus_cos(pair->phi));
+    double one_plus_cos = hetab_one_plus_cos(pair->phi);
+    pair_bands(w, &p, one_plus_cos);
+    if (w->m->fold)
+      hetab_fold_add(w->m->fold, pair->theta_i, pair->theta_r, hetab_sin2_h(&p, one_plus_cos),
+                     w->exact);
     if (w->m->weights)
       bands_to_srgb(w, w->values + i * channels);
     else
@@ -135,7 +141,7 @@ static void run_workers(worker *workers, size_t count) {
 }
 
 static hetab_status evaluate(hetab_context *ctx, hetab_rgl_model *m, const hetab_spectrum *spectrum,
-                             const hetab_rgl_pair *pairs, size_t count, double *values) {
+                             const hetab_directions *pairs, size_t count, double *values) {
   size_t number = worker_count(count), padded = spectrum ? hetab_spectrum_padded(spectrum) : 0;
   worker workers[MOST_WORKERS];
   double *exact = hetab_alloc(ctx, number * m->bands, sizeof *exact);
@@ -160,7 +166,7 @@ static hetab_status evaluate(hetab_context *ctx, hetab_rgl_model *m, const hetab
   return status;
 }
 
-static hetab_status model_values(hetab_context *ctx, void *user, const hetab_rgl_pair *pairs,
+static hetab_status model_values(hetab_context *ctx, void *user, const hetab_directions *pairs,
                                  size_t count, double *values) {
   hetab_rgl_model *m = user;
   return evaluate(ctx, m, m->spectrum, pairs, count, values);
@@ -172,7 +178,7 @@ static hetab_status model_values(hetab_context *ctx, void *user, const hetab_rgl
  * about the mirror direction. */
 static hetab_status spectrum_error(hetab_context *ctx, hetab_rgl_model *m, size_t count,
                                    double *error) {
-  hetab_rgl_pair *pairs = hetab_alloc(ctx, count, sizeof *pairs);
+  hetab_directions *pairs = hetab_alloc(ctx, count, sizeof *pairs);
   size_t numbers = count * m->source.channels;
   double *values = hetab_alloc(ctx, 2 * numbers, sizeof *values), sum = 0.0;
   uint64_t state = 1;
@@ -182,7 +188,7 @@ static hetab_status spectrum_error(hetab_context *ctx, hetab_rgl_model *m, size_
     double theta = hetab_radians(85.0) * hetab_random_unit(&state);
     double away = i % 4 ? 0.3 * hetab_random_unit(&state) - 0.15 : M_PI * hetab_random_unit(&state);
     double theta_r = fmin(fabs(theta + away), M_PI - fabs(theta + away));
-    pairs[i] = (hetab_rgl_pair){theta, fmin(theta_r, 1.55), M_PI + away};
+    pairs[i] = (hetab_directions){theta, fmin(theta_r, 1.55), M_PI + away};
   }
   HETAB_GOTO(evaluate(ctx, m, m->spectrum, pairs, count, values));
   HETAB_GOTO(evaluate(ctx, m, NULL, pairs, count, values + numbers));
@@ -221,8 +227,29 @@ static hetab_status model_allocate(hetab_context *ctx, int rgb, hetab_rgl_model 
   return m->waves && m->wavelengths_um && (m->weights || !rgb) ? HETAB_OK : HETAB_ERR_MEMORY;
 }
 
-static hetab_status model_fill(hetab_context *ctx, const hetab_surface *surface, int rgb,
-                               hetab_rgl_model *m) {
+static hetab_status fold_in(hetab_context *ctx, double cone, hetab_rgl_model *m) {
+  if (!(cone > 0.0))
+    return HETAB_OK;
+  m->source.specular = NULL;
+  m->source.specular_cone_deg = hetab_degrees(cone);
+  return hetab_fold_create(ctx, m->surface, hetab_surface_bands(m->surface), m->bands, cone, false,
+                           &m->fold);
+}
+
+static void describe(double cone, hetab_rgl_model *m) {
+  char delta[80] = "without the specular delta";
+  if (cone > 0.0)
+    snprintf(delta, sizeof delta, "the specular delta folded in as a lobe of %g degrees",
+             hetab_degrees(cone));
+  snprintf(m->description, sizeof m->description,
+           "%.100s: sigma0 %g um, tau %g um; He-Torrance model, dd + ud, %s; hetab %s",
+           hetab_surface_name(m->surface), hetab_surface_sigma0_um(m->surface),
+           hetab_surface_tau_um(m->surface), delta, hetab_version());
+}
+
+static hetab_status model_fill(hetab_context *ctx, const hetab_surface *surface,
+                               const hetab_rgl_options *options, hetab_rgl_model *m) {
+  int rgb = options->bands == HETAB_RGL_RGB;
   double sigma0 = hetab_surface_sigma0_um(surface), tau = hetab_surface_tau_um(surface);
   m->surface = surface;
   m->tau_2sigma = tau / (2.0 * sigma0);
@@ -232,10 +259,7 @@ static hetab_status model_fill(hetab_context *ctx, const hetab_surface *surface,
     m->waves[b] = hetab_wave_of(sigma0, tau, &hetab_surface_bands(surface)[b]);
     m->wavelengths_um[b] = hetab_surface_bands(surface)[b].lambda_um;
   }
-  snprintf(m->description, sizeof m->description,
-           "%.100s: sigma0 %g um, tau %g um; He-Torrance model, dd + ud, without the specular "
-           "delta; hetab %s",
-           hetab_surface_name(surface), sigma0, tau, hetab_version());
+  describe(options->specular_cone, m);
   m->source = (hetab_rgl_source){.channels = rgb ? 3 : m->bands,
                                  .wavelengths_um = rgb ? NULL : m->wavelengths_um,
                                  .description = m->description,
@@ -244,17 +268,17 @@ static hetab_status model_fill(hetab_context *ctx, const hetab_surface *surface,
                                  .user = m};
   if (rgb)
     HETAB_TRY(hetab_srgb_weights(ctx, m->wavelengths_um, m->bands, m->weights));
-  return hetab_spectrum_create(ctx, surface, &m->spectrum);
+  HETAB_TRY(hetab_spectrum_create(ctx, surface, &m->spectrum));
+  HETAB_TRY(check_spectrum(ctx, m));
+  return fold_in(ctx, options->specular_cone, m);
 }
 
 hetab_status hetab_rgl_model_create(hetab_context *ctx, const hetab_surface *surface,
-                                    hetab_rgl_bands bands, hetab_rgl_model **out) {
+                                    const hetab_rgl_options *options, hetab_rgl_model **out) {
   *out = hetab_alloc(ctx, 1, sizeof **out);
   if (!*out)
     return HETAB_ERR_MEMORY;
-  hetab_status status = model_fill(ctx, surface, bands == HETAB_RGL_RGB, *out);
-  if (status == HETAB_OK)
-    status = check_spectrum(ctx, *out);
+  hetab_status status = model_fill(ctx, surface, options, *out);
   if (status != HETAB_OK) {
     hetab_rgl_model_free(*out);
     *out = NULL;
@@ -269,6 +293,7 @@ void hetab_rgl_model_free(hetab_rgl_model *m) {
   free(m->waves);
   free(m->weights);
   free(m->wavelengths_um);
+  hetab_fold_free(m->fold);
   free(m);
 }
 
@@ -298,7 +323,7 @@ hetab_status hetab_tabulate_rgl(hetab_context *ctx, const hetab_surface *surface
   report = report ? report : &own;
   *out = NULL;
   HETAB_TRY(check_bands(ctx, surface, o.bands));
-  HETAB_TRY(hetab_rgl_model_create(ctx, surface, o.bands, &m));
+  HETAB_TRY(hetab_rgl_model_create(ctx, surface, &o, &m));
   HETAB_GOTO(hetab_rgl_build(ctx, &m->source, &o, out, report));
   if (m->clamped) { /* in any of the tables that were tried: count those of this one */
     m->clamped = 0;

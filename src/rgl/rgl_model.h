@@ -9,9 +9,9 @@
 typedef struct hetab_rgl_model hetab_rgl_model;
 
 /* The surface has to live as long. Values are within 1e-4, relative L1, of the
- * series. */
+ * series. options: the bands and the cone count. */
 hetab_status hetab_rgl_model_create(hetab_context *ctx, const hetab_surface *surface,
-                                    hetab_rgl_bands bands, hetab_rgl_model **out);
+                                    const hetab_rgl_options *options, hetab_rgl_model **out);
 void hetab_rgl_model_free(hetab_rgl_model *model); /* NULL is fine */
 const hetab_rgl_source *hetab_rgl_model_source(const hetab_rgl_model *model);
 

@@ -28,17 +28,17 @@ static const double broad = 0.001;
 
 /* The pair of half vector theta_h and difference (theta_d, 90 degrees): there both directions are
  * equally far from the normal, and above the horizon for any theta_h. */
-static hetab_rgl_pair pair_of(double theta_h, double theta_d) {
+static hetab_directions pair_of(double theta_h, double theta_d) {
   double z = cos(theta_h) * cos(theta_d), x = sin(theta_h) * cos(theta_d), y = sin(theta_d);
   double theta = atan2(hypot(x, y), z);
-  return (hetab_rgl_pair){theta, theta, 2.0 * atan2(y, x)};
+  return (hetab_directions){theta, theta, 2.0 * atan2(y, x)};
 }
 
 /* f cos cos, [THETA_D][count]. */
 static hetab_status lobes(hetab_context *ctx, const hetab_rgl_source *source, const double *theta_m,
                           size_t count, double *out) {
   size_t total = THETA_D * count;
-  hetab_rgl_pair *pairs = hetab_alloc(ctx, total, sizeof *pairs);
+  hetab_directions *pairs = hetab_alloc(ctx, total, sizeof *pairs);
   double *values = hetab_alloc(ctx, total * source->channels, sizeof *values);
   hetab_status status;
   HETAB_GOTO(pairs && values ? HETAB_OK : HETAB_ERR_MEMORY);
@@ -72,8 +72,25 @@ static double share(size_t d) {
   return 1.0 / cos(hetab_radians(theta_d_deg[d]));
 }
 
+/* A share of the density's root, which gives the foot of a narrow lobe upon a wide one its nodes.
+ */
+static hetab_status soften(hetab_context *ctx, const double *theta_m, size_t count, double share,
+                           double *density) {
+  double *root = hetab_alloc(ctx, count, sizeof *root);
+  if (!root)
+    return HETAB_ERR_MEMORY;
+  for (size_t i = 0; i < count; i++)
+    root[i] = sqrt(density[i]);
+  double whole = projected(theta_m, density, count), roots = projected(theta_m, root, count);
+  for (size_t i = 0; i < count; i++)
+    density[i] = (1.0 - share) * density[i] / whole + share * root[i] / roots;
+  free(root);
+  return HETAB_OK;
+}
+
 hetab_status hetab_rgl_lobe_from_data(hetab_context *ctx, const hetab_rgl_source *source,
-                                      const double *theta_m, size_t count, double *density) {
+                                      double soft, const double *theta_m, size_t count,
+                                      double *density) {
   double *lobe = hetab_alloc(ctx, THETA_D * count, sizeof *lobe), shares = 0.0;
   hetab_status status = HETAB_ERR_MEMORY;
   if (!lobe)
@@ -88,6 +105,7 @@ hetab_status hetab_rgl_lobe_from_data(hetab_context *ctx, const hetab_rgl_source
     for (size_t i = 0; i < count && whole > 0.0; i++)
       density[i] += (1.0 - broad) * share(d) / shares * lobe[d * count + i] / whole;
   }
+  status = soften(ctx, theta_m, count, soft, density);
 done:
   free(lobe);
   return status;
@@ -108,6 +126,7 @@ static hetab_status copy_texts(hetab_context *ctx, const hetab_rgl_source *sourc
     return HETAB_ERR_MEMORY;
   strcpy(rgl->description, text);
   rgl->channels = source->channels;
+  rgl->specular_cone_deg = (float)source->specular_cone_deg;
   if (!source->wavelengths_um)
     return HETAB_OK;
   rgl->wavelengths_um = hetab_alloc(ctx, source->channels, sizeof(double));
@@ -147,7 +166,7 @@ static void set_both_rows(hetab_rgl_map *map, size_t x, double value) {
   map->nodes[x] = map->nodes[map->width + x] = (float)value;
 }
 
-static hetab_status fill_ndf(hetab_context *ctx, const hetab_rgl_source *source,
+static hetab_status fill_ndf(hetab_context *ctx, const hetab_rgl_source *source, double soft,
                              hetab_rgl_map *ndf) {
   hetab_status status;
   double *theta = hetab_alloc(ctx, ndf->width, sizeof *theta);
@@ -155,7 +174,7 @@ static hetab_status fill_ndf(hetab_context *ctx, const hetab_rgl_source *source,
   HETAB_GOTO(theta && density ? HETAB_OK : HETAB_ERR_MEMORY);
   for (size_t x = 0; x < ndf->width; x++)
     theta[x] = node_theta(x, ndf->width);
-  HETAB_GOTO(hetab_rgl_lobe_from_data(ctx, source, theta, ndf->width, density));
+  HETAB_GOTO(hetab_rgl_lobe_from_data(ctx, source, soft, theta, ndf->width, density));
   for (size_t x = 0; x < ndf->width; x++)
     most = fmax(most, density[x]);
   for (size_t x = 0; x < ndf->width; x++)
@@ -237,7 +256,7 @@ hetab_status hetab_rgl_new(hetab_context *ctx, const hetab_rgl_source *source,
   if (!rgl)
     return HETAB_ERR_MEMORY;
   HETAB_GOTO(allocate(ctx, source, shape, theta_i, rgl));
-  HETAB_GOTO(fill_ndf(ctx, source, &rgl->ndf));
+  HETAB_GOTO(fill_ndf(ctx, source, shape->soft, &rgl->ndf));
   fill_sigma(rgl);
   HETAB_GOTO(fill_vndf(ctx, shape, theta_i, rgl));
   return HETAB_OK;
@@ -252,7 +271,7 @@ done:
 /* Nodes of half a slice, the other half being its mirror image, that lead above the horizon. */
 typedef struct plan {
   size_t count;
-  hetab_rgl_pair *pairs;
+  hetab_directions *pairs;
   double *factor; /* from f to spectra */
   size_t *node;
   double *values; /* [count][channels] */
@@ -275,14 +294,14 @@ static void plan_clear(plan *p) {
 }
 
 /* The viewer that half vector u_m mirrors the light to; 0 below the horizon. */
-static int reflect(double theta_i, const float u_m[2], hetab_rgl_pair *pair) {
+static int reflect(double theta_i, const float u_m[2], hetab_directions *pair) {
   double theta = hetab_rgl_u_to_theta((double)u_m[0]), phi = (2.0 * (double)u_m[1] - 1.0) * M_PI;
   double m[3] = {sin(theta) * cos(phi), sin(theta) * sin(phi), cos(theta)};
   double wi[3] = {sin(theta_i), 0.0, cos(theta_i)}, wo[3];
   double along = 2.0 * (wi[0] * m[0] + wi[2] * m[2]);
   for (int c = 0; c < 3; c++)
     wo[c] = along * m[c] - wi[c];
-  *pair = (hetab_rgl_pair){theta_i, atan2(hypot(wo[0], wo[1]), wo[2]), atan2(wo[1], wo[0])};
+  *pair = (hetab_directions){theta_i, atan2(hypot(wo[0], wo[1]), wo[2]), atan2(wo[1], wo[0])};
   return along > 0.0 && wo[2] > 0.0 && pair->theta_r < M_PI_2;
 }
 

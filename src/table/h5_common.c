@@ -58,16 +58,18 @@ static haddr_t driver_get_eof(const H5FD_t *base, H5FD_mem_t type) {
   return ((const driver_file *)base)->eof;
 }
 
-/* Bytes past the end of the file are zero, as HDF5 wants them. */
+/* Bytes past the end of the file are zero, as HDF5 wants them; so are those that cannot be read. */
 static herr_t driver_read(H5FD_t *base, H5FD_mem_t type, hid_t dxpl, haddr_t address, size_t size,
                           void *data) {
-  int fd = ((driver_file *)base)->descriptor->fd;
+  hetab_h5_descriptor *descriptor = ((driver_file *)base)->descriptor;
   char *next = data;
   while (size) {
-    ssize_t count = pread(fd, next, size, (off_t)address);
-    if (count < 0 && errno != EINTR)
-      return -1;
-    if (count == 0) {
+    ssize_t count = pread(descriptor->fd, next, size, (off_t)address);
+    if (count < 0 && errno == EINTR)
+      continue;
+    if (count < 0 && !descriptor->error)
+      descriptor->error = errno;
+    if (count <= 0) {
       memset(next, 0, size);
       return 0;
     }

@@ -5,12 +5,12 @@
 #include <hdf5.h>
 #include <hetab/status.h>
 
-/* HDF5 keeps a file open, and tries again at exit, if a write fails while it closes it. This driver
- * therefore never tells it: the first failure is kept here, later writes go nowhere, and whoever
- * owns the descriptor looks at `error` before believing in what was written. */
+/* HDF5 keeps a file open, and tries again at exit, if a write fails while it closes it, or a read.
+ * This driver therefore never tells it: the first failure is kept here, later writes go nowhere,
+ * and whoever owns the descriptor looks at `error` before believing in what was written or read. */
 typedef struct hetab_h5_descriptor {
   int fd;    /* not closed with the HDF5 file */
-  int error; /* errno of the first write that failed; writes are dropped while it is not 0 */
+  int error; /* errno of the first call that failed; writes are dropped while it is not 0 */
 } hetab_h5_descriptor;
 
 /* A new table, or an existing one for reading or for changing, on the descriptor, which must

@@ -60,6 +60,13 @@ static hetab_status read_failed(hetab_context *ctx, const hetab_h5_table *table,
                     table->path, name, errors->text);
 }
 
+/* Every number came from the file. */
+static hetab_status check_read(hetab_context *ctx, const hetab_h5_table *table) {
+  return table->descriptor.error ? hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': %s",
+                                              table->path, strerror(table->descriptor.error))
+                                 : HETAB_OK;
+}
+
 /* --- axes ----------------------------------------------------------------------------------- */
 
 /* An axis's values; free() them. */
@@ -236,8 +243,11 @@ hetab_status hetab_h5_open_any(hetab_context *ctx, const char *path, hetab_h5_ta
   HETAB_GOTO(hetab_grid_create(ctx, &table->grid));
   HETAB_GOTO(open_descriptor(ctx, table));
   HETAB_GOTO(open_datasets(ctx, table, &errors));
+  status = check_read(ctx, table);
 done:
   hetab_h5_errors_end(&errors);
+  if (status != HETAB_OK && table->descriptor.error)
+    status = check_read(ctx, table); /* which explains the rest */
   if (status == HETAB_OK)
     *out = table;
   else
@@ -309,6 +319,7 @@ hetab_status hetab_h5_read(hetab_context *ctx, hetab_h5_table *table, size_t wav
   hetab_h5_errors_begin(&errors);
   herr_t result = read_block(table, wavelength, values);
   hetab_h5_errors_end(&errors);
+  HETAB_TRY(check_read(ctx, table));
   return result < 0 ? read_failed(ctx, table, "brdf", &errors) : HETAB_OK;
 }
 
@@ -326,7 +337,7 @@ static hetab_status read_whole(hetab_context *ctx, const hetab_h5_table *table, 
     status = read_failed(ctx, table, name, &errors);
   H5Dclose(dataset);
   hetab_h5_errors_end(&errors);
-  return status;
+  return table->descriptor.error ? check_read(ctx, table) : status;
 }
 
 hetab_status hetab_h5_read_specular(hetab_context *ctx, hetab_h5_table *table, double *values) {

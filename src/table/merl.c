@@ -12,20 +12,18 @@
 #include "core/context.h"
 #include "core/input_file.h"
 #include "core/atomic_file.h"
-#include "table/half_diff.h"
+#include "table/merl_frame.h"
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__,
                "MERL files are little-endian, and this file writes memory as it is");
 
-enum { CHANNELS = 3, BUFFER_CELLS = 16384 };
+enum { CHANNELS = HETAB_MERL_CHANNELS, BUFFER_CELLS = 16384 };
 static const int32_t file_dims[3] = {HETAB_MERL_THETA_H, HETAB_MERL_THETA_D, HETAB_MERL_PHI_D};
 static const long long file_bytes = (long long)sizeof file_dims + (long long)CHANNELS *
                                                                       HETAB_MERL_CELLS *
                                                                       (long long)sizeof(double);
 static const double file_scale[CHANNELS] = {1.0 / 1500, 1.15 / 1500, 1.66 / 1500};
 static const double below_horizon = -1;
-static const double half_pi = 1.57079632679489661923;
-static const double pi = 3.14159265358979323846;
 
 struct hetab_merl {
   double values[CHANNELS][HETAB_MERL_CELLS];
@@ -225,51 +223,4 @@ hetab_status hetab_merl_load(hetab_context *ctx, const char *path, hetab_merl **
 
 hetab_status hetab_merl_load_raw(hetab_context *ctx, const char *path, hetab_merl **out) {
   return load(ctx, path, unscale_raw, out);
-}
-
-/* --- looking up ----------------------------------------------------------------------------- */
-
-/* Where an azimuth is undefined or the three directions lie in one plane, all that rounding leaves
- * of a component is its noise, and the noise would choose the cell. */
-static double without_noise(double component) {
-  return fabs(component) < 1e-15 ? 0 : component;
-}
-
-hetab_half_diff hetab_half_diff_of(double theta_i, double theta_r, double phi) {
-  double lx = sin(theta_i), lz = cos(theta_i); /* the light, at azimuth 0 */
-  double hx = without_noise(lx + sin(theta_r) * cos(phi));
-  double hy = without_noise(sin(theta_r) * sin(phi));
-  double hz = without_noise(lz + cos(theta_r));
-  double hxy = hypot(hx, hy), length = hypot(hxy, hz);
-  double cos_h = length > 0 ? hz / length : 1, sin_h = length > 0 ? hxy / length : 0;
-  double cos_p = hxy > 0 ? hx / hxy : 1, sin_p = hxy > 0 ? hy / hxy : 0;
-  double turned = lx * cos_p; /* x of the light when the half vector has azimuth 0 */
-  double dx = without_noise(turned * cos_h - lz * sin_h);
-  double dy = without_noise(-lx * sin_p);
-  double dz = turned * sin_h + lz * cos_h;
-  return (hetab_half_diff){atan2(hxy, hz), atan2(hypot(dx, dy), dz), atan2(dy, dx)};
-}
-
-/* Truncated to an index, as the reference reader does; NaN to the first one. */
-static size_t truncated(double position, size_t count) {
-  if (!(position > 0))
-    return 0;
-  return position < (double)count ? (size_t)position : count - 1;
-}
-
-size_t hetab_merl_cell(hetab_directions at) {
-  hetab_half_diff angles = hetab_half_diff_of(at.theta_i, at.theta_r, at.phi);
-  /* f(i, r) = f(r, i): phi_d and phi_d + pi share a cell. */
-  double phi_d = angles.phi_d < 0 ? angles.phi_d + pi : angles.phi_d;
-  double theta_h_deg = angles.theta_h / half_pi * 90;
-  size_t h = truncated(sqrt(theta_h_deg * HETAB_MERL_THETA_H), HETAB_MERL_THETA_H);
-  size_t d = truncated(angles.theta_d / half_pi * HETAB_MERL_THETA_D, HETAB_MERL_THETA_D);
-  size_t p = truncated(phi_d / pi * HETAB_MERL_PHI_D, HETAB_MERL_PHI_D);
-  return (h * HETAB_MERL_THETA_D + d) * HETAB_MERL_PHI_D + p;
-}
-
-void hetab_merl_lookup(const hetab_merl *merl, hetab_directions at, double rgb[3]) {
-  size_t cell = hetab_merl_cell(at);
-  for (int c = 0; c < CHANNELS; c++)
-    rgb[c] = merl->values[c][cell];
 }

@@ -1,7 +1,9 @@
-/* rho_s over the incidence, in a table's channels. */
-#ifndef HETAB_LOOKUP_SPECULAR_H
-#define HETAB_LOOKUP_SPECULAR_H
+/* The specular delta beside the tables: rho_s over the incidence in a table's channels, at an
+ * angle, and as the file NAME.specular.csv. */
+#ifndef HETAB_TABLE_SPECULAR_H
+#define HETAB_TABLE_SPECULAR_H
 
+#include <stdbool.h>
 #include <hetab/table.h>
 
 #include "core/context.h"
@@ -15,6 +17,13 @@ typedef struct hetab_specular_table {
 /* /specular_reflectance of a table of ours. */
 hetab_status hetab_specular_of_h5(hetab_context *ctx, hetab_h5_table *table, const char *path,
                                   hetab_specular_table *specular);
+/* The file under a path, whole or not at all: rho[wavelength][HETAB_SPECULAR_ANGLES]; what is below
+ * 1e-30 becomes 0. Wavelengths, one or three, that are a table's channels rather than a spectrum
+ * are marked by a fourth column `channel`: mono, or r, g, b. */
+enum { HETAB_SPECULAR_ANGLES = 91 }; /* every degree */
+hetab_status hetab_specular_save(hetab_context *ctx, const char *path, const double *lambda_um,
+                                 size_t count, bool are_channels, const double *rho, int overwrite);
+
 /* hetab_specular_path() of NAME.binary or NAME.bsdf, none where there is no such file: to linear
  * sRGB, or to the given wavelengths (um). */
 hetab_status hetab_specular_beside(hetab_context *ctx, const char *path, size_t channels,

@@ -1,4 +1,4 @@
-#include "lookup/specular.h"
+#include "table/specular.h"
 
 #include <errno.h>
 #include <math.h>
@@ -106,7 +106,7 @@ static hetab_status check_order(hetab_context *ctx, const char *path, csv *file)
     size_t wave = i / file->angles, angle = i % file->angles;
     sound = rows[i].theta == rows[angle].theta && rows[i].um == rows[wave * file->angles].um &&
             (angle == 0 || rows[i].theta > rows[i - 1].theta) &&
-            (wave == 0 || rows[i].um > rows[i - file->angles].um);
+            (wave == 0 || file->waves == 3 || rows[i].um > rows[i - file->angles].um);
   }
   return sound ? HETAB_OK
                : hetab_fail(ctx, HETAB_ERR_PARSE,
@@ -141,6 +141,9 @@ static hetab_status mix(hetab_context *ctx, const csv *file, size_t channels,
     from_um[w] = file->rows[w * file->angles].um;
   if (status == HETAB_OK && lambda_um)
     band_weights(from_um, file->waves, lambda_um, channels, weight);
+  else if (status == HETAB_OK && (file->waves == 1 || file->waves == channels))
+    for (size_t c = 0; c < channels; c++) /* the channels themselves: no spectrum is that short */
+      weight[(file->waves == 1 ? 0 : c) * channels + c] = 1;
   else if (status == HETAB_OK)
     status = hetab_srgb_weights(ctx, from_um, file->waves, (double(*)[3])weight);
   for (size_t i = 0; i < file->angles && status == HETAB_OK; i++) {
@@ -185,6 +188,47 @@ hetab_status hetab_specular_beside(hetab_context *ctx, const char *path, size_t 
     return HETAB_ERR_MEMORY;
   hetab_status status = read_csv(ctx, beside, channels, lambda_um, s);
   free(beside);
+  return status;
+}
+
+/* ---- writing ------------------------------------------------------------------------------- */
+
+char *hetab_specular_path(hetab_context *ctx, const char *path) {
+  char *name;
+  const char *slash = strrchr(path, '/'), *dot = strrchr(path, '.');
+  int stem = (int)(dot && (!slash || dot > slash) ? (size_t)(dot - path) : strlen(path));
+  if (asprintf(&name, "%.*s.specular.csv", stem, path) >= 0)
+    return name;
+  hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for the name of '%s'", path);
+  return NULL;
+}
+
+static void write_rows(FILE *stream, const double *lambda_um, size_t count, bool are_channels,
+                       const double *rho) {
+  static const char *const names[] = {"r", "g", "b"};
+  const double least = 1e-30; /* readers in C++ refuse subnormal numbers */
+  fprintf(stream, "wavelength_nm,theta_i_deg,rho_s%s\n", are_channels ? ",channel" : "");
+  for (size_t w = 0; w < count; w++)
+    for (int i = 0; i < HETAB_SPECULAR_ANGLES; i++) {
+      double value = rho[w * HETAB_SPECULAR_ANGLES + (size_t)i];
+      fprintf(stream, "%.10g,%d,%.9g", 1000 * lambda_um[w], i, value < least ? 0.0 : value);
+      fprintf(stream, are_channels ? ",%s\n" : "%.0s\n", count == 1 ? "mono" : names[w % 3]);
+    }
+}
+
+hetab_status hetab_specular_save(hetab_context *ctx, const char *path, const double *lambda_um,
+                                 size_t count, bool are_channels, const double *rho,
+                                 int overwrite) {
+  char *text = NULL;
+  size_t size;
+  FILE *stream = open_memstream(&text, &size);
+  if (!stream)
+    return hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for '%s'", path);
+  write_rows(stream, lambda_um, count, are_channels, rho);
+  hetab_status status = fclose(stream) == 0
+                            ? hetab_text_save(ctx, path, text, size, overwrite)
+                            : hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for '%s'", path);
+  free(text);
   return status;
 }
 
