@@ -150,6 +150,10 @@ format: ## rewrite the C and OpenCL sources with clang-format
 format-check: ## fail if clang-format would change anything
 	@clang-format --dry-run -Werror $(FORMATTED)
 
+.PHONY: layers-check
+layers-check: build ## fail if a folder uses what src/README.md does not allow it
+	@scripts/check_layers $(BUILD)
+
 .PHONY: install
 install: build ## install under PREFIX (default /usr/local), below DESTDIR
 	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/include/hetab \

@@ -25,7 +25,7 @@ works "double arithmetic" tabulate BBQAL2 $grid -o double.exr --bands spectral -
 works "by wavelength, in half" tabulate BBQAL2 $grid -o half.exr --exr-parts wavelength \
   --exr-type half --json
 check "json" json "d['outputs'][0]['format'] == 'exr' and d['outputs'][0]['saturated'] == 0 and \
-d['outputs'][0]['error']['max_rel'] < 1e-5"
+d['outputs'][0]['error']['max_sampled'] < 1e-5"
 works "needle, in half" tabulate needle.yml $grid -o needle.exr --exr-type half --samples 0
 check "saturation is told" has 'needle.exr: [0-9]+ pixels above 65504 .* take --exr-type float'
 works "some wavelengths, spectral" tabulate BBQAL2 $grid -o few.exr --bands spectral \
@@ -55,7 +55,7 @@ if command -v exrheader >/dev/null && command -v exrinfo >/dev/null; then
   exrheader rgb.exr >out
   check "surface" has '^surface .*"BBQAL2"'
   check "roughness" has '^sigma0_um \(type double\): 0\.54$'
-  check "error" has '^error_max_rel \(type double\): [1-9].*e-06$'
+  check "error" has '^error_max_sampled \(type double\): [1-9].*e-06$'
   check "zip" has '^compression .*: zip'
   check "float" has 'R, 32-bit floating-point'
   check "parts" test "$(grep -c '^name ' out)" = 8

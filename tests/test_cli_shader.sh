@@ -1,6 +1,6 @@
 #!/bin/bash
-# `hetab shader` and the page of `hetab view`: what is written, and bad input. What the sources compute
-# is compared with the model in tests/test_python.py and in tests/renderers.
+# `hetab shader`, the page of `hetab view` and `hetab surfaces --as`: what is written, and bad input.
+# What the sources compute is compared with the model in tests/test_python.py and in tests/renderers.
 # usage: test_cli_shader.sh PROGRAM
 . "$(dirname "$0")/cli_support.sh"
 
@@ -25,6 +25,13 @@ check "of one file, small" test "$(stat -c %s page.html)" -lt 150000
 check "no network" sh -c "! grep -qE 'https?:|url\(|src=' page.html"
 works "explorer of an odd name" view odd.yml -o odd.html --quiet
 check "no foreign script" test "$(grep -c '</script>' odd.html)" = "$(grep -c '</script>' page.html)"
+
+works "stand-in" surfaces NGGAL --as ggx --json
+check "alpha is 2 sigma0 / tau" json "abs(d['alpha'] - 2 * 0.13 / 5.4) < 1e-9"
+check "seven incidences" json "[r['theta_i_deg'] for r in d['incidences']] == [0, 15, 30, 45, 60, 75, 85]"
+works "stand-in of a file" surfaces ./odd.yml --as beckmann
+check "its energy" has '^ +0 .* 0\.9[0-9]+$|^ +0 .* 1\.0[0-9]+$'
+refuses "stand-in of nothing" 2 "--as takes" surfaces --as ggx
 
 refuses "no language" 2 "no --language given" shader NGGAL
 refuses "another language" 2 "language" shader NGGAL --language osl

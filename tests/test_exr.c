@@ -280,7 +280,7 @@ static void attributes(void **state) {
   for (int p = 0; p <= THETA_I; p++) {
     assert_int_equal(exr_attr_get_double(exr, p, "sigma0_um", &number), EXR_ERR_SUCCESS);
     assert_true(number == 0.54);
-    assert_int_equal(exr_attr_get_double(exr, p, "error_max_rel", &number), EXR_ERR_SUCCESS);
+    assert_int_equal(exr_attr_get_double(exr, p, "error_max_sampled", &number), EXR_ERR_SUCCESS);
     assert_true(number == 3e-6);
     assert_int_equal(exr_attr_get_double(exr, p, "error_compared", &number), EXR_ERR_SUCCESS);
     assert_true(number == 12);

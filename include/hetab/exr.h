@@ -15,12 +15,13 @@
  * Pixels are dd + ud in 1/sr, no cosine, the specular delta not in them.
  *
  * Attributes of every part: surface, index_source, hetab_version, method, precision, device,
- * quantity, units (string); sigma0_um, tau_um, tolerance, error_max_rel, error_p99_rel,
- * error_rms_rel, error_max_abs_below_floor, error_samples, error_compared (double; the errors are
- * those of the spectral values, before colour and rounding, NaN if none were measured);
- * wavelength_nm, n, k, uniform_diffuse, theta_i_deg, theta_r_deg, phi_deg (floatvector);
- * chromaticities, where the channels are R G B. Of a part by theta_i also part_theta_i_deg, of one
- * by wavelength part_wavelength_nm (double). Parts share one display window, as the format wants.
+ * quantity, units (string); sigma0_um, tau_um, tolerance, error_max_sampled,
+ * error_share_above, error_p99_rel, error_rms_rel, error_max_abs_below_floor, error_samples,
+ * error_compared (double; the errors are those of the spectral values, before colour and rounding,
+ * NaN if none were measured); wavelength_nm, n, k, uniform_diffuse, theta_i_deg, theta_r_deg,
+ * phi_deg (floatvector); chromaticities, where the channels are R G B. Of a part by theta_i also
+ * part_theta_i_deg, of one by wavelength part_wavelength_nm (double). Parts share one display
+ * window, as the format wants.
  */
 #ifndef HETAB_EXR_H
 #define HETAB_EXR_H

@@ -42,6 +42,7 @@
 #include <hetab/bench.h>
 #include <hetab/sampler.h>
 #include <hetab/shader.h>
+#include <hetab/stand_in.h>
 #include <hetab/convert.h>
 #include <hetab/lookup.h>
 #endif

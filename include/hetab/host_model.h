@@ -10,6 +10,10 @@
 extern "C" {
 #endif
 
+/* Whether float is too little for the surface: n < 1 with k near 0 at some wavelength, where it is
+ * off by up to 6e-3 around the critical angle (double: 3e-7). */
+int hetab_wants_double(const hetab_surface *surface);
+
 /* Are the point's numbers within what the model is evaluated for? HETAB_ERR_ARGUMENT naming the
  * field, its value and the range: "sigma0_um = 0: give a value from 1e-09 to 1e+06". */
 hetab_status hetab_check_point(hetab_context *ctx, const hetab_point *point);

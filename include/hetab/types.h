@@ -71,7 +71,8 @@ typedef struct hetab_slab {
 /* Receives slabs from the calling thread, in any order, each once. Not HETAB_OK stops the job. */
 typedef hetab_status (*hetab_slab_fn)(hetab_context *ctx, void *user, const hetab_slab *slab);
 
-/* Relative error over sampled entries with reference >= 1e-9 / sr; absolute error below. */
+/* Relative error over sampled entries with reference >= 1e-9 / sr; absolute error below. max_rel is
+ * the largest in the sample, not a bound: see hetab_error_share_above(). */
 typedef struct hetab_error_stats {
   size_t samples;                   /* entries compared in all */
   size_t compared;                  /* of them with reference >= 1e-9 / sr */
@@ -79,6 +80,13 @@ typedef struct hetab_error_stats {
   double max_abs_below;             /* over the others, 1/sr */
   size_t bad;                       /* NaN, infinite or negative entries (none, ever) */
 } hetab_error_stats;
+
+/* The share of all entries above 1e-9 / sr that may exceed max_rel, at 95 %: 3 / compared (a share
+ * p would have missed the sample with a probability of e^-(p compared)); 1: nothing was compared.
+ */
+static inline double hetab_error_share_above(const hetab_error_stats *error) {
+  return error->compared > 3 ? 3.0 / (double)error->compared : 1.0;
+}
 
 typedef struct hetab_report {
   double entries;          /* spectral entries evaluated */

@@ -1,4 +1,5 @@
 /* hetab surfaces: the built-in surfaces and metals, to use as they are or to start from. */
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -92,6 +93,72 @@ static int print_preset(hetab_context *ctx, size_t preset, int json) {
   return status;
 }
 
+/* ---- a microfacet material in its place ---------------------------------------------------- */
+
+enum { STAND_IN_ANGLES = 7 };
+static const double STAND_IN_UM = 0.55, RGB_UM[3] = {0.61, 0.55, 0.46};
+
+static json_t *stand_in_json(const hetab_surface *surface, const double *theta_deg,
+                             const hetab_stand_in *at, const hetab_band *rgb) {
+  json_t *rows = json_array(), *n = json_array(), *k = json_array();
+  for (int i = 0; i < STAND_IN_ANGLES; i++)
+    json_array_append_new(rows, json_pack("{sf sf sf sf}", "theta_i_deg", theta_deg[i],
+                                          "specular_share", at[i].specular_share, "error",
+                                          at[i].error, "energy", at[i].energy));
+  for (int c = 0; c < 3; c++) {
+    json_array_append_new(n, json_real(rgb[c].n));
+    json_array_append_new(k, json_real(rgb[c].k));
+  }
+  double alpha = hetab_stand_in_alpha(surface);
+  return json_pack("{so sf sf so so so}", "name", cli_json_text(hetab_surface_name(surface)),
+                   "alpha", alpha, "roughness", sqrt(alpha), "n_rgb", n, "k_rgb", k, "incidences",
+                   rows);
+}
+
+static int stand_in_text(const hetab_surface *surface, const double *theta_deg,
+                         const hetab_stand_in *at, const hetab_band *rgb) {
+  double alpha = hetab_stand_in_alpha(surface);
+  printf("alpha         %.4g (2 sigma0 / tau)\nroughness     %.4g (its square root)\n", alpha,
+         sqrt(alpha));
+  for (int c = 0; c < 3; c++)
+    printf("%-14s%.4g + %.4gi at %g nm\n", c ? "" : "index", rgb[c].n, rgb[c].k,
+           1e3 * rgb[c].lambda_um);
+  puts("              ('hetab surfaces METAL' prints n and k by wavelength)\n\n"
+       "At 550 nm, the share of what is reflected that only a mirror gives (a delta), how far the\n"
+       "stand-in is from the model's lobe, and its energy over all that the model reflects:\n"
+       "theta_i   mirror    error   energy");
+  for (int i = 0; i < STAND_IN_ANGLES; i++)
+    printf("%5g   %6.1f %%  %5.0f %%  %6.3f\n", theta_deg[i], 100.0 * at[i].specular_share,
+           100.0 * at[i].error, at[i].energy);
+  return CLI_OK;
+}
+
+/* Any surface, not presets alone. */
+static int print_stand_in(const char *name, int distribution, int json) {
+  static const double theta_deg[STAND_IN_ANGLES] = {0, 15, 30, 45, 60, 75, 85};
+  double theta_i[STAND_IN_ANGLES];
+  hetab_stand_in at[STAND_IN_ANGLES];
+  hetab_band rgb[3];
+  hetab_surface *surface = NULL;
+  hetab_context *ctx = cli_context();
+  if (!ctx)
+    return CLI_FAILURE;
+  for (int i = 0; i < STAND_IN_ANGLES; i++)
+    theta_i[i] = theta_deg[i] / 180.0 * M_PI;
+  hetab_status status = hetab_surface_open(ctx, name, &surface);
+  for (int c = 0; c < 3 && status == HETAB_OK; c++)
+    status = hetab_surface_at(ctx, surface, RGB_UM[c], &rgb[c]);
+  if (status == HETAB_OK)
+    status = hetab_stand_in_compare(ctx, surface, (hetab_microfacets)distribution, STAND_IN_UM,
+                                    theta_i, STAND_IN_ANGLES, at);
+  int result = status != HETAB_OK ? cli_fail_context(ctx)
+               : json             ? cli_json_print(stand_in_json(surface, theta_deg, at, rgb))
+                                  : stand_in_text(surface, theta_deg, at, rgb);
+  hetab_surface_free(surface);
+  hetab_context_free(ctx);
+  return result;
+}
+
 /* ---- one metal ----------------------------------------------------------------------------- */
 
 enum { METAL_FIRST_NM = 400, METAL_LAST_NM = 700, METAL_STEP_NM = 10 }; /* the data's nodes */
@@ -146,12 +213,15 @@ static int print_one(const char *name, int json) {
 }
 
 static int run(const cli_command *self, int argc, char **argv) {
-  int first, json = 0;
+  int first, json = 0, as = -1;
   const cli_option options[] = {
       {CLI_FLAG, "json", 0, NULL,
        "print JSON: {presets: [{name, description}], metals: [{symbol, name, citation}]}, or the "
        "one asked for with its bands or values",
        &json, 0, 0},
+      {CLI_CHOICE, "as", 0, "beckmann|ggx",
+       "the surface as a microfacet material, for renderers without the model, and its error", &as,
+       0, 0},
       {0},
   };
   int status = cli_parse_options(self, options, argc, argv, &first);
@@ -159,6 +229,9 @@ static int run(const cli_command *self, int argc, char **argv) {
     return status;
   if (argc - first > 1)
     return cli_usage(self, "unexpected argument '%s'", argv[first + 1]);
+  if (as >= 0)
+    return argc - first == 1 ? print_stand_in(argv[first], as, json)
+                             : cli_usage(self, "--as takes the name or file of a surface");
   if (argc - first == 1)
     return print_one(argv[first], json);
   return json ? list_json() : list_text();
@@ -171,6 +244,9 @@ const cli_command cli_surfaces = {
     .description =
         "Without NAME, lists the presets and the metals with their sources. With the name of a "
         "preset, prints it as YAML to start a surface file from; with that of a metal, prints its "
-        "n and k as CSV, ready to be used as an index file.",
+        "n and k as CSV, ready to be used as an index file.\n\n"
+        "With --as, prints what a microfacet material needs to stand in for a surface (a preset or "
+        "a "
+        "file), and its error: small where the surface is rough, not where it is nearly a mirror.",
     .run = run,
 };

@@ -116,18 +116,21 @@ static hetab_status open_inputs(tabulate_job *job) {
   return status;
 }
 
-/* Float by default, double where the tolerance asks for more than float arithmetic has. */
-static hetab_precision choose_precision(const tabulate_request *r) {
+/* Float by default, double where the tolerance asks for more than float arithmetic has, or the
+ * surface does. */
+static hetab_precision choose_precision(const tabulate_job *job) {
+  const tabulate_request *r = job->request;
   if (r->method == HETAB_METHOD_LITERAL)
     return HETAB_DOUBLE;
   if (r->precision >= 0)
     return (hetab_precision)r->precision;
-  return r->tolerance > 0 && r->tolerance < 1e-5 ? HETAB_DOUBLE : HETAB_FLOAT;
+  int fine = (r->tolerance > 0 && r->tolerance < 1e-5) || hetab_wants_double(job->surface);
+  return fine ? HETAB_DOUBLE : HETAB_FLOAT;
 }
 
 static void plan_engine(tabulate_job *job) {
   const tabulate_request *r = job->request;
-  hetab_precision precision = choose_precision(r);
+  hetab_precision precision = choose_precision(job);
   job->engine = (hetab_engine_options){.devices = r->device,
                                        .precision = precision,
                                        .method = (hetab_method)r->method,
@@ -240,8 +243,9 @@ const cli_command cli_tabulate = {
         "--json prints an object with surface, device, method, precision, tolerance (these null "
         "where no device was needed), version and outputs, an array of objects with file, format "
         "(hdf5, exr, merl or rgl), entries, seconds, entries_per_second, kernel_seconds, "
-        "kernel_entries_per_second, error (samples, compared, max_rel, p99_rel, rms_rel, "
-        "max_abs_below_floor, bad; null without samples), specular (max, share of the light, file, "
+        "kernel_entries_per_second, error (samples, compared, max_sampled, share_above, p99_rel, "
+        "rms_rel, max_abs_below_floor, bad; null without samples), specular (max, share of the "
+        "light, file, "
         "in_table, cone_deg), loads_in "
         "and, for merl, clamped; for exr, saturated; for rgl, table (bands, table_error, error_l1, "
         "bias, error_grazing, theta_i, resolution, bytes, clamped).",

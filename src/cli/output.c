@@ -71,10 +71,11 @@ json_t *cli_json_numbers(const double *values, size_t count, size_t stride) {
 json_t *cli_json_error(const hetab_error_stats *error) {
   if (!error->samples)
     return json_null();
-  return json_pack("{sI sI sf sf sf sf sI}", "samples", (json_int_t)error->samples, "compared",
-                   (json_int_t)error->compared, "max_rel", error->max_rel, "p99_rel",
-                   error->p99_rel, "rms_rel", error->rms_rel, "max_abs_below_floor",
-                   error->max_abs_below, "bad", (json_int_t)error->bad);
+  return json_pack("{sI sI sf sf sf sf sf sI}", "samples", (json_int_t)error->samples, "compared",
+                   (json_int_t)error->compared, "max_sampled", error->max_rel, "share_above",
+                   hetab_error_share_above(error), "p99_rel", error->p99_rel, "rms_rel",
+                   error->rms_rel, "max_abs_below_floor", error->max_abs_below, "bad",
+                   (json_int_t)error->bad);
 }
 
 int cli_json_print(json_t *json) {

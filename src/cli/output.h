@@ -28,7 +28,8 @@ json_t *cli_json_text(const char *text);
 json_t *cli_json_number(double value);
 /* The list of values[i * stride]. */
 json_t *cli_json_numbers(const double *values, size_t count, size_t stride);
-/* {samples, compared, max_rel, p99_rel, rms_rel, max_abs_below_floor, bad}; null without samples.
+/* {samples, compared, max_sampled, share_above, p99_rel, rms_rel, max_abs_below_floor, bad}; null
+ * without samples.
  */
 json_t *cli_json_error(const hetab_error_stats *error);
 /* Prints and frees; the exit status. */

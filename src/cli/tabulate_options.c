@@ -46,8 +46,9 @@ static cli_option *grid_options(cli_option *next, tabulate_request *r) {
 static cli_option *engine_options(cli_option *next, tabulate_request *r) {
   const cli_option options[] = {
       {CLI_CHOICE, "precision", 0, "float|double",
-       "arithmetic on the device (float; double for a --tolerance below 1e-5)", &r->precision, 0,
-       0},
+       "arithmetic on the device (float; double for a --tolerance below 1e-5, and for n < 1 with k "
+       "near 0)",
+       &r->precision, 0, 0},
       {CLI_CHOICE, "method", 0, "rows|series|literal",
        "polynomials of the series, made to the tolerance; the series itself at every entry; or the "
        "printed equations in double on one core (rows)",

@@ -177,9 +177,25 @@ static void print_specular(const tabulate_job *job, size_t i) {
   free(file);
 }
 
+/* What the column "max error" is. */
+static void print_sample(const char *path, const hetab_error_stats *error) {
+  static const double few = 0.01;
+  double share = hetab_error_share_above(error);
+  if (error->samples && share > few)
+    printf(
+        "%s: warning: only %zu of the %zu entries compared are above 1e-9 / sr: max error may be "
+        "exceeded by %.3g %% of all such entries (at 95 %%); take more --samples\n",
+        path, error->compared, error->samples, 100.0 * share);
+  else if (error->samples)
+    printf("%s: max error is that of %zu entries compared; at most %.2g %% of all exceed it (at 95 "
+           "%%)\n",
+           path, error->compared, 100.0 * share);
+}
+
 static void print_notes(const tabulate_job *job, size_t i) {
   const hetab_output_report *r = &job->reports[i];
   const char *path = job->request->files.items[i];
+  print_sample(path, &r->report.error);
   if (r->format == HETAB_FORMAT_RGL)
     print_rgl(job, path, &r->rgl);
   print_specular(job, i);

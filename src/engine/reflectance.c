@@ -84,10 +84,13 @@ static job job_of(const integration *in, const hetab_hemisphere *at, size_t angl
     j.at.reach = fmax(j.at.reach, hetab_hemisphere_reach(at, &wave, left_out(in)));
   }
   double kink = hetab_hemisphere_kink(&hetab_surface_bands(in->surface)[first]);
-  if (kink > 0.0)
-    hetab_hemisphere_split(&j.at, kink);
-  j.rays = RAYS_UNIT * (size_t)ceil(at->period / (RAYS_UNIT * FIRST_STEP)) * j.at.panels;
   j.nodes = FIRST_NODES;
+  if (kink > 0.0) {
+    hetab_hemisphere_split(&j.at, kink);
+    j.nodes = 2 * FIRST_NODES;
+  }
+  j.rays = RAYS_UNIT * (size_t)ceil(at->period / (RAYS_UNIT * FIRST_STEP)) * j.at.panels;
+  j.rays *= kink > 0.0 ? 2 : 1; /* crowded twice over */
   return j;
 }
 
@@ -212,6 +215,12 @@ typedef struct estimate {
   double value, along, across; /* errors relative */
 } estimate;
 
+/* Pieces between kinks may be short, or the kink not infinitely sharp: no credit for convergence.
+ */
+static double rule_error(const job *j, double difference) {
+  return j->at.kink > 0.0 ? 4.0 * difference : hetab_rule_error(difference);
+}
+
 /* Of one integral: sums[ray][stride] over its rays. Differences along rays add up as magnitudes, so
  * that no two of them pass for convergence. */
 static estimate estimate_of(const integration *in, const job *j, const void *sums, size_t first) {
@@ -226,8 +235,8 @@ static estimate estimate_of(const integration *in, const job *j, const void *sum
     along += fabs(rest - coarse);
   }
   double scale = all > 0.0 ? 1.0 / all : 0.0;
-  return (estimate){all, hetab_rule_error(along * scale),
-                    hetab_rule_error(fabs(all - 2.0 * even) * scale)};
+  return (estimate){all, rule_error(j, along * scale),
+                    rule_error(j, fabs(all - 2.0 * even) * scale)};
 }
 
 /* ---- refinement ---------------------------------------------------------------------------- */

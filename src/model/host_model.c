@@ -4,8 +4,19 @@
 #include <math.h>
 
 #include "core/context.h"
+#include "model/hemisphere.h"
 #include "model/limits.h"
 #include "model/model.h"
+
+int hetab_wants_double(const hetab_surface *surface) {
+  static const double SHARP = 1e-2; /* 2 n k: beyond, float keeps its digits */
+  for (size_t b = 0; b < hetab_surface_band_count(surface); b++) {
+    const hetab_band *band = &hetab_surface_bands(surface)[b];
+    if (hetab_hemisphere_kink(band) > 0.0 && 2.0 * band->n * band->k < SHARP)
+      return 1;
+  }
+  return 0;
+}
 
 hetab_status hetab_evaluate_literal(hetab_context *ctx, const hetab_point *points, size_t count,
                                     hetab_value *values) {

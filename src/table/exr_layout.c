@@ -125,9 +125,9 @@ static hetab_status make_axes(hetab_context *ctx, const hetab_surface *surface,
 }
 
 /* Their values come with hetab_exr_patch_errors(). */
-static const char *const error_names[] = {"error_max_rel", "error_p99_rel",
-                                          "error_rms_rel", "error_max_abs_below_floor",
-                                          "error_samples", "error_compared"};
+static const char *const error_names[] = {
+    "error_max_sampled",         "error_share_above", "error_p99_rel", "error_rms_rel",
+    "error_max_abs_below_floor", "error_samples",     "error_compared"};
 enum { ERRORS = sizeof error_names / sizeof *error_names };
 
 static void put_surface(hetab_exr_file *file, const hetab_exr_layout *w,
@@ -244,9 +244,9 @@ done:
 }
 
 void hetab_exr_patch_errors(hetab_exr_file *file, const hetab_error_stats *error) {
-  const double values[ERRORS] = {error->max_rel,         error->p99_rel,
-                                 error->rms_rel,         error->max_abs_below,
-                                 (double)error->samples, (double)error->compared};
+  const double values[ERRORS] = {
+      error->max_rel,       hetab_error_share_above(error), error->p99_rel,         error->rms_rel,
+      error->max_abs_below, (double)error->samples,         (double)error->compared};
   for (int i = 0; i < ERRORS && error->samples; i++)
     hetab_exr_file_patch(file, error_names[i], values[i]);
 }

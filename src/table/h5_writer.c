@@ -86,7 +86,8 @@ hetab_error_stats hetab_h5_error(const hetab_h5_options *options, const hetab_er
 }
 
 static herr_t put_error(hid_t root, const hetab_error_stats *error) {
-  if (hetab_h5_put_number(root, "error_max_rel", error->max_rel) < 0 ||
+  if (hetab_h5_put_number(root, "error_max_sampled", error->max_rel) < 0 ||
+      hetab_h5_put_number(root, "error_share_above", hetab_error_share_above(error)) < 0 ||
       hetab_h5_put_number(root, "error_p99_rel", error->p99_rel) < 0 ||
       hetab_h5_put_number(root, "error_rms_rel", error->rms_rel) < 0 ||
       hetab_h5_put_number(root, "error_max_abs_below_floor", error->max_abs_below) < 0 ||
