@@ -136,6 +136,15 @@ inject: setup ## fail every kind of allocation and I/O of the commands in turn: 
 	@$(MAKE) --no-print-directory -s $(BUILD)/inject/hetab
 	@scripts/inject $(BUILD)/inject/hetab $(FAULTS)
 
+N ?= 200
+.PHONY: kill
+kill: build ## kill writers at N random moments: nothing is torn, and litter is swept
+	@scripts/kill $(BUILD)/hetab $(N)
+
+.PHONY: valgrind
+valgrind: build ## run commands that read and write tables under valgrind (apt-get install valgrind)
+	@sh scripts/valgrind $(BUILD)/hetab
+
 .PHONY: tsan
 tsan: setup ## run the test of threads under ThreadSanitizer
 	@$(MAKE) --no-print-directory -s BUILD=$(BUILD)/tsan CFLAGS='-O1 -g -fsanitize=thread' \

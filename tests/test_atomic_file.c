@@ -337,6 +337,32 @@ static void test_no_output_is_an_input(void **state) {
   assert_int_equal(unlink("a") | unlink("b") | unlink("hard") | unlink("soft"), 0);
 }
 
+/* What a killed process left is gone with the next run to that target; what a living one has is
+ * not, nor what belongs to another target. */
+static void test_sweep(void **state) {
+  fixture *f = *state;
+  hetab_atomic_file *file, *other;
+  no_unnamed_files = 1;
+  for (const char *name = "ab"; *name; name++) {
+    pid_t child = fork();
+    if (child == 0) {
+      hetab_atomic_create(f->ctx, (char[]){*name, 0}, 0, &file);
+      _exit(0);
+    }
+    waitpid(child, NULL, 0);
+  }
+  assert_int_equal(count_files("."), 2);
+  assert_ok(f->ctx, hetab_atomic_create(f->ctx, "a", 0, &file));
+  assert_ok(f->ctx, hetab_atomic_create(f->ctx, "a", 0, &other));
+  assert_int_equal(count_files("."), 3); /* these two, and that of b */
+  hetab_atomic_abort(file);
+  hetab_atomic_abort(other);
+  assert_ok(f->ctx, write_text(f->ctx, "b", 0, "whole"));
+  assert_int_equal(count_files("."), 1);
+  assert_int_equal(unlink("b"), 0);
+  no_unnamed_files = 0;
+}
+
 /* The same on file systems that lack unnamed files, and then the flag of renameat2. */
 static void test_named_temporaries(void **state) {
   no_unnamed_files = 1;
@@ -374,6 +400,7 @@ int main(void) {
       TEST(test_several_in_part),
       TEST(test_nested),
       TEST(test_no_output_is_an_input),
+      TEST(test_sweep),
       TEST(test_named_temporaries),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

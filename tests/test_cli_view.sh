@@ -72,7 +72,7 @@ fi
 refuses "no input" 2 "no SURFACE or FILE" view -o x.png
 refuses "no output" 2 "no output" view BBQAL2
 refuses "two inputs" 2 "unexpected argument 'b'" view a b -o x.png
-refuses "unknown ending" 2 "x.jpg: .*\.png or \.exr" view BBQAL2 -o x.jpg
+refuses "unknown ending" 2 "x.jpg: .*\.png, \.exr or \.html" view BBQAL2 -o x.jpg
 refuses "only an ending" 2 "ends in" view BBQAL2 -o .png
 refuses "existing output" 1 "a.png exists: use --force" view BBQAL2 -o a.png
 refuses "missing folder" 1 "none/x.png" view BBQAL2 -o none/x.png
@@ -107,7 +107,7 @@ refuses "NaN in an HDF5 table" 1 "nan.h5" view nan.h5 -o x.png
 echo "not a table" >text.binary
 refuses "text for a table" 1 "text.binary" view text.binary -o x.png
 cp t.h5 same.png
-refuses "input for output" 1 "an output too" view same.png -o ./same.png --force
+refuses "input for output" 1 "an output too" view ./same.png -o same.png --force
 "$program" view BBQAL2 -o /dev/full 2>err >out
 check "a device" test $? = 2
 check "nothing was written" test ! -e x.png

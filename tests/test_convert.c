@@ -2,6 +2,8 @@
  */
 #include "golden_support.h"
 
+#include "rgl/rgl_build.h"
+
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -465,10 +467,59 @@ static void test_refused(void **state) {
   hetab_surface_free(surface);
 }
 
+static hetab_status white(hetab_context *ctx, void *user, const hetab_directions *pairs,
+                          size_t count, double *values) {
+  for (size_t i = 0; i < 3 * count; i++)
+    values[i] = 1 / M_PI;
+  return HETAB_OK;
+}
+
+/* RGL tables store f cos: what is made of it at the horizon, where readers divide by the cosine. */
+static void test_white_horizon(void **state) {
+  hetab_context *ctx = *state;
+  const hetab_rgl_source source = {.channels = 3, .values = white};
+  const hetab_rgl_options options = {.table_error = 0.01};
+  hetab_rgl_report report;
+  hetab_rgl *rgl;
+  hetab_merl *merl;
+  hetab_lookup *table;
+  char in[] = "/tmp/hetab-test-XXXXXX.bsdf", out[] = "/tmp/hetab-test-XXXXXX.binary";
+  close(mkstemps(in, 5));
+  close(mkstemps(out, 7));
+  assert_ok(ctx, hetab_rgl_build(ctx, &source, &options, &rgl, &report));
+  assert_ok(ctx, hetab_rgl_save(ctx, rgl, in, 1));
+  assert_ok(ctx, hetab_convert(ctx, in, out, &(hetab_convert_options){.overwrite = 1}, NULL));
+  assert_ok(ctx, hetab_merl_load(ctx, out, &merl));
+  double largest = 0, least = 1;
+  size_t valid = 0, wrong = 0;
+  for (size_t cell = 0; cell < HETAB_MERL_CELLS; cell++) {
+    double value = hetab_merl_channel_const(merl, 1)[cell];
+    if (value < 0)
+      continue;
+    valid++;
+    wrong += fabs(value * M_PI - 1) > 0.05;
+    largest = fmax(largest, value);
+    least = fmin(least, value);
+  }
+  print_message("  cells from %.3f to %.3f\n", least, largest);
+  assert_below("cells off by 5 %", (double)wrong / (double)valid, 0.035);
+  assert_true(least > 0.1 && largest < 0.5);
+  assert_ok(ctx, hetab_lookup_open(ctx, out, HETAB_LOOKUP_INTERPOLATE, &table));
+  float wi[3] = {sinf(1.3962634f), 0, cosf(1.3962634f)}, albedo[3];
+  hetab_lookup_albedo(table, wi, albedo);
+  assert_below("albedo at 80 degrees", fabs((double)albedo[1] - 1), 0.005);
+  unlink(in);
+  unlink(out);
+  hetab_lookup_free(table);
+  hetab_merl_free(merl);
+  hetab_rgl_free(rgl);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
-      TEST(test_clean),    TEST(test_measured), TEST(test_measured_samples),
-      TEST(test_spectral), TEST(test_srgb_h5),  TEST(test_refused),
+      TEST(test_white_horizon),    TEST(test_clean),    TEST(test_measured),
+      TEST(test_measured_samples), TEST(test_spectral), TEST(test_srgb_h5),
+      TEST(test_refused),
   };
   return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

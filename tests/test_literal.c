@@ -185,7 +185,7 @@ static void test_scale_invariance(void **state) {
 
 /* |F|^2 by complex arithmetic. */
 static double fresnel(double c, double n, double k) {
-  double complex index = CMPLX(n, k), t = csqrt(index * index - (1 - c * c));
+  double complex index = __builtin_complex(n, k), t = csqrt(index * index - (1 - c * c));
   double complex s = (c - t) / (c + t), p = (index * index * c - t) / (index * index * c + t);
   return 0.5 * (creal(s * conj(s)) + creal(p * conj(p)));
 }

@@ -27,8 +27,6 @@
 extern "C" {
 #endif
 
-const char *hetab_format_name(hetab_format format); /* "HDF5", "MERL", "RGL" */
-
 typedef struct hetab_convert_options {
   size_t size;            /* of the struct; 0: of this header\'s */
   const hetab_grid *grid; /* of HDF5; NULL: hetab_grid_create()'s */

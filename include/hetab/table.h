@@ -87,6 +87,8 @@ hetab_status hetab_h5_bands(hetab_context *ctx, hetab_h5_table *table, hetab_ban
 hetab_status hetab_h5_number(hetab_context *ctx, hetab_h5_table *table, const char *name,
                              double *value);
 
+const char *hetab_format_name(hetab_format format); /* "HDF5", "MERL", "RGL", "OpenEXR" */
+const char *hetab_format_word(hetab_format format); /* "hdf5", "merl", "rgl", "exr": in JSON */
 /* The format that an output's name asks for by its ending, .h5, .hdf5, .exr, .binary or .bsdf. 0 if
  * it has none of these. */
 int hetab_format_by_ending(const char *path, hetab_format *format);

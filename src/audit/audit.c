@@ -1,3 +1,5 @@
+#include <hetab/table.h>
+
 #include "audit/audit_internal.h"
 
 #include <math.h>
@@ -227,8 +229,9 @@ const char *hetab_verdict_name(hetab_verdict verdict) {
 }
 
 const char *hetab_audit_kind_name(hetab_audit_kind kind) {
-  static const char *const names[] = {"surface", "merl", "hdf5"};
-  return names[kind];
+  return kind == HETAB_AUDIT_SURFACE
+             ? "surface"
+             : hetab_format_word(kind == HETAB_AUDIT_H5 ? HETAB_FORMAT_H5 : HETAB_FORMAT_MERL);
 }
 
 const char *hetab_reading_name(hetab_reading lookup) {

@@ -1,7 +1,8 @@
 /* Audits and repairs of tables: which of the two kinds a file is. */
-#include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
+
+#include <hetab/table.h>
 
 #include "audit/repair.h"
 #include "audit/table_audit.h"
@@ -9,11 +10,18 @@
 #include "core/input_file.h"
 #include "table/table_format.h"
 
-static hetab_status is_h5_file(hetab_context *ctx, const char *path, bool *is_h5) {
-  static const char signature[4] = {(char)0x89, 'H', 'D', 'F'};
-  char start[sizeof signature];
+/* What is no table of any kind is left to the reader of MERL tables, which says what is wrong. */
+static hetab_status find_format(hetab_context *ctx, const char *path, bool *is_h5) {
+  unsigned char start[HETAB_FORMAT_START];
+  hetab_format format = HETAB_FORMAT_MERL;
   HETAB_TRY(hetab_input_start(ctx, path, HETAB_INPUT_TABLE, start, sizeof start));
-  *is_h5 = memcmp(start, signature, sizeof start) == 0;
+  hetab_format_by_start(start, &format);
+  if (format == HETAB_FORMAT_RGL || format == HETAB_FORMAT_EXR)
+    return hetab_fail(ctx, HETAB_ERR_UNSUPPORTED, "'%s' is an %s table: %s and audit that", path,
+                      hetab_format_name(format),
+                      format == HETAB_FORMAT_RGL ? "convert it to MERL or HDF5"
+                                                 : "tabulate its surface as HDF5");
+  *is_h5 = format == HETAB_FORMAT_H5;
   return HETAB_OK;
 }
 
@@ -30,15 +38,11 @@ static hetab_status measure_file(hetab_context *ctx, const char *path, hetab_aud
 hetab_status hetab_audit_table(hetab_context *ctx, hetab_engine *engine, const char *path,
                                const hetab_audit_options *options, hetab_audit **out) {
   hetab_audit_options o;
-  hetab_format format;
   bool is_h5;
   hetab_audit *audit;
   *out = NULL;
   HETAB_TRY(hetab_audit_options_take(ctx, options, &o));
-  HETAB_TRY(is_h5_file(ctx, path, &is_h5));
-  if (hetab_format_of(ctx, path, &format) == HETAB_OK && format == HETAB_FORMAT_RGL)
-    return hetab_fail(ctx, HETAB_ERR_UNSUPPORTED,
-                      "'%s' is an RGL table: convert it to MERL or HDF5 and audit that", path);
+  HETAB_TRY(find_format(ctx, path, &is_h5));
   hetab_status status =
       hetab_audit_new(ctx, is_h5 ? HETAB_AUDIT_H5 : HETAB_AUDIT_MERL, path, &audit);
   if (status == HETAB_OK)
@@ -61,7 +65,7 @@ hetab_status hetab_repair(hetab_context *ctx, const char *path, const char *out_
                           hetab_repair_report *report) {
   bool is_h5;
   *report = (hetab_repair_report){.smallest_scale = 1};
-  HETAB_TRY(is_h5_file(ctx, path, &is_h5));
+  HETAB_TRY(find_format(ctx, path, &is_h5));
   if (hetab_same_file(path, out_path))
     return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
                       "'%s' is not repaired in place: give another name to write to", path);

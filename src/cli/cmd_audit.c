@@ -33,15 +33,6 @@ typedef struct audit_job {
 
 /* ---- inputs -------------------------------------------------------------------------------- */
 
-static int ends_in(const char *name, const char *const *endings) {
-  for (; *endings; endings++) {
-    size_t length = strlen(name), tail = strlen(*endings);
-    if (length >= tail && strcasecmp(name + length - tail, *endings) == 0)
-      return 1;
-  }
-  return 0;
-}
-
 static int is_preset(const char *name) {
   for (size_t i = 0; i < hetab_preset_count(); i++)
     if (strcasecmp(name, hetab_preset_name(i)) == 0)
@@ -52,15 +43,18 @@ static int is_preset(const char *name) {
 /* By its name; what has no telling one is a table if it is a file. */
 static int is_table(const char *name) {
   struct stat about;
-  if (ends_in(name, (const char *const[]){".h5", ".hdf5", ".binary", NULL}))
+  hetab_format format;
+  const char *dot = strrchr(name, '.');
+  if (hetab_format_by_ending(name, &format))
     return 1;
-  if (ends_in(name, (const char *const[]){".yml", ".yaml", NULL}) || is_preset(name))
+  if ((dot && (strcasecmp(dot, ".yml") == 0 || strcasecmp(dot, ".yaml") == 0)) || is_preset(name))
     return 0;
   return stat(name, &about) == 0;
 }
 
 static int is_h5(const char *name) {
-  return ends_in(name, (const char *const[]){".h5", ".hdf5", NULL});
+  hetab_format format;
+  return hetab_format_by_ending(name, &format) && format == HETAB_FORMAT_H5;
 }
 
 /* ---- what the audits need ------------------------------------------------------------------ */

@@ -38,8 +38,8 @@ static void print_text(const request *r, const hetab_convert_report *report) {
 static int print_json(const request *r, const hetab_convert_report *report) {
   return cli_json_print(json_pack(
       "{so so ss ss sI sI sb sb sf sf sf sI sI sI sf sb ss}", "input", cli_json_text(r->in),
-      "output", cli_json_text(r->out), "from", hetab_format_name(report->from), "to",
-      hetab_format_name(report->to), "channels_in", (json_int_t)report->channels_in, "channels_out",
+      "output", cli_json_text(r->out), "from", hetab_format_word(report->from), "to",
+      hetab_format_word(report->to), "channels_in", (json_int_t)report->channels_in, "channels_out",
       (json_int_t)report->channels_out, "srgb_in", report->srgb_in, "srgb_out", report->srgb_out,
       "error_l1", report->error_l1, "error_l1_interpolated", report->error_l1_interpolated, "bias",
       report->bias, "filled", (json_int_t)report->filled, "negative", (json_int_t)report->negative,

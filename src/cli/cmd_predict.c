@@ -151,199 +151,40 @@ static hetab_status open_inputs(job *j) {
   return status;
 }
 
-/* ---- text ---------------------------------------------------------------------------------- */
-
-static void print_interval(const char *name, double value, hetab_interval interval) {
-  printf("%s %.5g um", name, value);
-  if (interval.high > interval.low)
-    printf(" (%.5g to %.5g)", interval.low, interval.high);
-}
-
-static const hetab_bounds *peak_of(const hetab_prediction *p, const hetab_prediction_curve *curve) {
-  size_t i = 0;
-  while (p->theta_r[i] < curve->peak)
-    i++;
-  return &curve->f[i];
-}
-
-static void print_count(const char *where, const hetab_prediction_count *count) {
-  if (count->points)
-    printf("measured, %s: %zu points, %zu (%.1f %%) within the bounds, %zu below, %zu above, sum "
-           "%+.1f %%\n",
-           where, count->points, count->within, 100 * (double)count->within / (double)count->points,
-           count->below, count->above, 100 * count->bias);
-}
-
-static void print_skipped(const job *j) {
-  hetab_measurements_skipped s = hetab_measurements_skipped_of(j->measurements);
-  if (s.below_horizon || s.not_finite)
-    printf("not used: %zu rows below the horizon, %zu values not finite\n", s.below_horizon,
-           s.not_finite);
-}
-
-static int has_bounds(const hetab_roughness_bounds *b) {
-  return b->sigma0_um.low < b->sigma0_um.high || b->tau_um.low < b->tau_um.high;
-}
-
-static void print_text(const job *j) {
-  const hetab_prediction *p = j->prediction;
-  printf("%s: ", hetab_surface_name(j->surface));
-  print_interval("sigma0", hetab_surface_sigma0_um(j->surface), p->bounds.sigma0_um);
-  print_interval(", tau", hetab_surface_tau_um(j->surface), p->bounds.tau_um);
-  printf("\n\n%6s %8s %8s %10s %10s %10s %10s %10s %10s\n", "nm", "theta_i", "peak at", "f, 1/sr",
-         "low", "high", "rho_s", "low", "high");
-  for (size_t i = 0; i < p->curve_count; i++) {
-    const hetab_prediction_curve *c = &p->curves[i];
-    const hetab_bounds *peak = peak_of(p, c);
-    printf("%6.5g %8.4g %8.4g %10.4g %10.4g %10.4g %10.3g %10.3g %10.3g\n", 1000 * c->lambda_um,
-           hetab_degrees(c->theta_i), hetab_degrees(c->peak), peak->nominal, peak->low, peak->high,
-           predict_shown(c->specular.nominal), predict_shown(c->specular.low),
-           predict_shown(c->specular.high));
-  }
-  if (has_bounds(&p->bounds))
-    printf("\nthe bounds miss less than %.1g of the value\n", p->error);
-  else
-    puts("\nno bounds: the surface's file has none; give --non-uniformity, --sigma0 or --tau");
-  if (!j->measurements)
-    return;
-  print_count("incidence plane", &p->plane);
-  print_count("hemisphere", &p->hemisphere);
-  print_skipped(j);
-}
-
-/* ---- CSV ----------------------------------------------------------------------------------- */
-
-static void write_csv(FILE *out, const hetab_prediction *p) {
-  fputs("wavelength_nm,theta_i_deg,theta_r_deg,phi_deg,f,low,high,error,measured,side\n", out);
-  for (size_t i = 0; i < p->curve_count; i++)
-    for (size_t k = 0; k < p->theta_r_count; k++) {
-      const hetab_prediction_curve *c = &p->curves[i];
-      double theta_r_deg = hetab_degrees(p->theta_r[k]);
-      fprintf(out, "%.9g,%.9g,%.9g,%d,%.9g,%.9g,%.9g,%.3g,,\n", 1000 * c->lambda_um,
-              hetab_degrees(c->theta_i), fabs(theta_r_deg), theta_r_deg > 0 ? 180 : 0,
-              c->f[k].nominal, c->f[k].low, c->f[k].high, c->f[k].error);
-    }
-  for (size_t i = 0; i < p->point_count; i++) {
-    const hetab_predicted_point *point = &p->points[i];
-    const hetab_directions *d = &point->directions;
-    fprintf(out, "%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.3g,%.9g,%d\n",
-            1000 * p->curves[point->curve].lambda_um, hetab_degrees(d->theta_i),
-            hetab_degrees(d->theta_r), hetab_degrees(d->phi), point->f.nominal, point->f.low,
-            point->f.high, point->f.error, point->measured, point->side);
-  }
-}
-
-/* ---- JSON ---------------------------------------------------------------------------------- */
-
-static json_t *bounds_json(double value, double low, double high) {
-  return json_pack("{sf sf sf}", "value", value, "low", low, "high", high);
-}
-
-static json_t *degrees_json(const double *radians, size_t count) {
-  json_t *array = json_array();
-  for (size_t i = 0; i < count; i++)
-    json_array_append_new(array, json_real(hetab_degrees(radians[i])));
-  return array;
-}
-
-static json_t *curve_json(const hetab_prediction *p, const hetab_prediction_curve *c) {
-  enum { STRIDE = sizeof(hetab_bounds) / sizeof(double) };
-  return json_pack("{sf sf sf so so so so}", "wavelength_nm", 1000 * c->lambda_um, "theta_i_deg",
-                   hetab_degrees(c->theta_i), "peak_theta_r_deg", hetab_degrees(c->peak), "f",
-                   cli_json_numbers(&c->f->nominal, p->theta_r_count, STRIDE), "low",
-                   cli_json_numbers(&c->f->low, p->theta_r_count, STRIDE), "high",
-                   cli_json_numbers(&c->f->high, p->theta_r_count, STRIDE), "rho_s",
-                   bounds_json(c->specular.nominal, c->specular.low, c->specular.high));
-}
-
-static json_t *count_json(const hetab_prediction_count *count) {
-  double points = (double)count->points;
-  return json_pack("{sI sI sI sI so so}", "points", (json_int_t)count->points, "within",
-                   (json_int_t)count->within, "below", (json_int_t)count->below, "above",
-                   (json_int_t)count->above, "fraction_within",
-                   cli_json_number((double)count->within / points), "bias",
-                   cli_json_number(points > 0.0 ? count->bias : (double)NAN));
-}
-
-static json_t *point_json(const hetab_prediction *p, const hetab_predicted_point *point) {
-  const hetab_directions *d = &point->directions;
-  return json_pack("{sf sf sf sf sf sf sf sf si}", "wavelength_nm",
-                   1000 * p->curves[point->curve].lambda_um, "theta_i_deg",
-                   hetab_degrees(d->theta_i), "theta_r_deg", hetab_degrees(d->theta_r), "phi_deg",
-                   hetab_degrees(d->phi), "measured", point->measured, "f", point->f.nominal, "low",
-                   point->f.low, "high", point->f.high, "side", point->side);
-}
-
-static json_t *measured_json(const job *j) {
-  if (!j->measurements)
-    return json_null();
-  const hetab_prediction *p = j->prediction;
-  hetab_measurements_skipped s = hetab_measurements_skipped_of(j->measurements);
-  json_t *points = json_array();
-  for (size_t i = 0; i < p->point_count; i++)
-    json_array_append_new(points, point_json(p, &p->points[i]));
-  return json_pack("{so sf so so s{sI sI sI} so}", "name",
-                   cli_json_text(hetab_measurements_name(j->measurements)), "accuracy",
-                   j->options.accuracy, "plane", count_json(&p->plane), "hemisphere",
-                   count_json(&p->hemisphere), "skipped", "below_horizon",
-                   (json_int_t)s.below_horizon, "negative", (json_int_t)s.negative, "not_finite",
-                   (json_int_t)s.not_finite, "points", points);
-}
-
-static int print_json(const job *j) {
-  const hetab_prediction *p = j->prediction;
-  hetab_roughness_bounds b = p->bounds;
-  json_t *curves = json_array();
-  for (size_t i = 0; i < p->curve_count; i++)
-    json_array_append_new(curves, curve_json(p, &p->curves[i]));
-  return cli_json_print(json_pack(
-      "{so ss so so sf so so so}", "surface", cli_json_text(hetab_surface_name(j->surface)),
-      "version", hetab_version(), "sigma0_um",
-      bounds_json(hetab_surface_sigma0_um(j->surface), b.sigma0_um.low, b.sigma0_um.high), "tau_um",
-      bounds_json(hetab_surface_tau_um(j->surface), b.tau_um.low, b.tau_um.high), "error", p->error,
-      "theta_r_deg", degrees_json(p->theta_r, p->theta_r_count), "curves", curves, "measured",
-      measured_json(j)));
-}
-
 /* ---- the command --------------------------------------------------------------------------- */
 
-static int save_csv(const job *j) {
+static int save(const job *j, const char *path,
+                void (*write)(FILE *stream, const predict_report *report),
+                const predict_report *report) {
   cli_text text;
+  if (!path)
+    return -1;
   int status = cli_text_begin(&text);
   if (status >= 0)
     return status;
-  write_csv(text.stream, j->prediction);
-  return cli_text_save(&text, j->ctx, j->request->csv, j->request->force);
-}
-
-static int save_page(const job *j) {
-  predict_report report = {.surface = j->surface,
-                           .measurements = j->measurements,
-                           .prediction = j->prediction,
-                           .theta_i_count = j->options.theta_i_count,
-                           .lambda_count = j->options.lambda_count,
-                           .accuracy = j->options.accuracy};
-  cli_text text;
-  int status = cli_text_begin(&text);
-  if (status >= 0)
-    return status;
-  predict_html(text.stream, &report);
-  return cli_text_save(&text, j->ctx, j->request->html, j->request->force);
+  write(text.stream, report);
+  return cli_text_save(&text, j->ctx, path, j->request->force);
 }
 
 static int publish(const job *j) {
   const request *r = j->request;
-  int status = r->csv ? save_csv(j) : -1;
-  if (status < 0 && r->html)
-    status = save_page(j);
+  const predict_report report = {.surface = j->surface,
+                                 .measurements = j->measurements,
+                                 .prediction = j->prediction,
+                                 .theta_i_count = j->options.theta_i_count,
+                                 .lambda_count = j->options.lambda_count,
+                                 .accuracy = j->options.accuracy};
+  int status = save(j, r->csv, predict_csv, &report);
+  if (status < 0)
+    status = save(j, r->html, predict_html, &report);
   if (status < 0)
     status = cli_publish(j->ctx);
   if (status >= 0)
     return status;
   if (r->json)
-    return print_json(j);
+    return cli_json_print(predict_json(&report));
   if (!r->quiet)
-    print_text(j);
+    predict_print(&report);
   return CLI_OK;
 }
 

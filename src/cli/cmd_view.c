@@ -37,26 +37,22 @@ typedef struct view_job {
 /* ---- what goes where ----------------------------------------------------------------------- */
 
 static int ends_in(const char *path, const char *ending) {
-  size_t length = strlen(path), tail = strlen(ending);
-  return length > tail && strcasecmp(path + length - tail, ending) == 0 &&
-         path[length - tail - 1] != '/';
+  const char *dot = strrchr(path, '.');
+  return dot && dot > path && dot[-1] != '/' && strcasecmp(dot, ending) == 0;
 }
 
+/* A page, unless the name asks for OpenEXR; NULL: for neither. */
 static save_fn find_format(const char *path) {
-  static const struct {
-    const char *ending;
-    save_fn save;
-  } formats[] = {{".png", hetab_view_save_png}, {".exr", hetab_view_save_exr}};
-  for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
-    if (ends_in(path, formats[i].ending))
-      return formats[i].save;
-  return NULL;
+  hetab_format format;
+  if (hetab_format_by_ending(path, &format))
+    return format == HETAB_FORMAT_EXR ? hetab_view_save_exr : NULL;
+  return ends_in(path, ".png") ? hetab_view_save_png : NULL;
 }
 
 /* Tables are told apart from surfaces by their names, and from each other by their content. */
 static int is_table(const char *input) {
-  return ends_in(input, ".h5") || ends_in(input, ".hdf5") || ends_in(input, ".binary") ||
-         ends_in(input, ".bsdf");
+  hetab_format format;
+  return hetab_format_by_ending(input, &format) && format != HETAB_FORMAT_EXR;
 }
 
 /* The page on which the model is explored: no picture, but another kind of output. */

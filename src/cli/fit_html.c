@@ -1,7 +1,6 @@
 /* Fits as one self-contained page: measurement and fit in the plane of incidence and over the
  * hemisphere, and what is left between them. */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "core/angle.h"

@@ -3,6 +3,7 @@
 #define HETAB_CLI_PREDICT_COMMAND_H
 
 #include <stdio.h>
+#include <jansson.h>
 #include <hetab/hetab.h>
 
 typedef struct predict_report {
@@ -18,6 +19,11 @@ static inline double predict_shown(double rho_s) {
   return rho_s < 1e-30 ? 0 : rho_s;
 }
 
+void predict_print(const predict_report *report);
+/* The curves and the measured points. */
+void predict_csv(FILE *stream, const predict_report *report);
+/* Its keys are those that `hetab predict --help` documents. */
+json_t *predict_json(const predict_report *report);
 /* One self-contained page. */
 void predict_html(FILE *stream, const predict_report *report);
 

@@ -72,22 +72,14 @@ static json_t *rgl_json(const tabulate_job *job, const hetab_rgl_report *r) {
                    (json_int_t)r->clamped);
 }
 
-static const char *format_name(hetab_format format) {
-  static const char *const names[] = {[HETAB_FORMAT_H5] = "hdf5",
-                                      [HETAB_FORMAT_MERL] = "merl",
-                                      [HETAB_FORMAT_RGL] = "rgl",
-                                      [HETAB_FORMAT_EXR] = "exr"};
-  return names[format];
-}
-
 static json_t *output_json(const tabulate_job *job, size_t i) {
   const hetab_output_report *output = &job->reports[i];
   const hetab_report *report = &output->report;
   json_t *json = json_pack(
       "{so ss sf sf sf sf sf so so}", "file", cli_json_text(job->request->files.items[i]), "format",
-      format_name(output->format), "entries", report->entries, "seconds", report->wall_seconds,
-      "entries_per_second", rate(report->entries, report->wall_seconds), "kernel_seconds",
-      report->kernel_seconds, "kernel_entries_per_second",
+      hetab_format_word(output->format), "entries", report->entries, "seconds",
+      report->wall_seconds, "entries_per_second", rate(report->entries, report->wall_seconds),
+      "kernel_seconds", report->kernel_seconds, "kernel_entries_per_second",
       rate(report->entries, report->kernel_seconds), "error", cli_json_error(&report->error),
       "specular", specular_json(job, i));
   if (json)

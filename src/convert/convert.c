@@ -11,11 +11,6 @@
 #include "table/table_format.h"
 #include "convert/trial.h"
 
-const char *hetab_format_name(hetab_format format) {
-  static const char *const names[] = {"HDF5", "MERL", "RGL", "OpenEXR"};
-  return names[format];
-}
-
 static hetab_status format_of_output(hetab_context *ctx, const char *path, hetab_format *format) {
   if (hetab_format_by_ending(path, format) && *format != HETAB_FORMAT_EXR)
     return HETAB_OK;

@@ -44,6 +44,13 @@ static hetab_status open_merl(hetab_context *ctx, hetab_convert_source *source) 
   return status;
 }
 
+/* RGL tables, for their f. */
+static hetab_status open_rgl(hetab_context *ctx, hetab_convert_source *source) {
+  HETAB_TRY(hetab_lookup_open(ctx, source->path, HETAB_LOOKUP_INTERPOLATE, &source->table));
+  HETAB_TRY(hetab_rgl_load(ctx, source->path, &source->rgl));
+  return hetab_rgl_smooth_create(ctx, source->rgl, &source->smooth);
+}
+
 static hetab_status choose_channels(hetab_context *ctx, int srgb, hetab_convert_source *source) {
   source->channels_in = source->channels = hetab_lookup_channel_count(source->table);
   source->lambda_um = hetab_lookup_wavelengths_um(source->table);
@@ -63,8 +70,9 @@ hetab_status hetab_convert_open(hetab_context *ctx, const char *path, int srgb,
   *source = (hetab_convert_source){.path = path};
   hetab_status status = hetab_format_of(ctx, path, &source->format);
   if (status == HETAB_OK)
-    status = source->format == HETAB_FORMAT_MERL
-                 ? open_merl(ctx, source)
+    status = source->format == HETAB_FORMAT_MERL ? open_merl(ctx, source)
+             : source->format == HETAB_FORMAT_RGL
+                 ? open_rgl(ctx, source)
                  : hetab_lookup_open(ctx, path, HETAB_LOOKUP_INTERPOLATE, &source->table);
   if (status == HETAB_OK)
     status = choose_channels(ctx, srgb, source);
@@ -75,6 +83,9 @@ hetab_status hetab_convert_open(hetab_context *ctx, const char *path, int srgb,
 
 void hetab_convert_close(hetab_convert_source *source) {
   hetab_lookup_free(source->table);
+  hetab_rgl_smooth_clear(&source->smooth);
+  hetab_rgl_free(source->rgl);
+  source->rgl = NULL;
   free(source->weights);
   source->table = NULL;
   source->weights = NULL;
@@ -82,7 +93,8 @@ void hetab_convert_close(hetab_convert_source *source) {
 
 /* ---- values -------------------------------------------------------------------------------- */
 
-void hetab_convert_directions(const hetab_directions *pair, float wi[3], float wo[3]) {
+/* Kept off the horizon by a hundredth of a degree, where tables hold nothing. */
+static void set_directions(const hetab_directions *pair, float wi[3], float wo[3]) {
   const double most = M_PI_2 * (1 - 1.0 / 9000);
   double i = fmin(pair->theta_i, most), r = fmin(pair->theta_r, most);
   wi[0] = (float)sin(i);
@@ -114,6 +126,14 @@ size_t hetab_convert_channels(const hetab_convert_source *source, const float *i
 
 enum { BLOCK = 256 };
 
+static void read_block(const hetab_convert_source *source, size_t count, const float (*wi)[3],
+                       const float (*wo)[3], float *values) {
+  if (!source->rgl)
+    hetab_lookup_eval_batch(source->table, count, wi, wo, values);
+  for (size_t i = 0; i < count && source->rgl; i++)
+    hetab_rgl_smooth_eval(&source->smooth, wi[i], wo[i], values + i * source->channels_in);
+}
+
 hetab_status hetab_convert_values(hetab_context *ctx, void *user, const hetab_directions *pairs,
                                   size_t count, double *values) {
   hetab_convert_source *source = user;
@@ -124,8 +144,8 @@ hetab_status hetab_convert_values(hetab_context *ctx, void *user, const hetab_di
   for (size_t first = 0; first < count; first += BLOCK) {
     size_t block = count - first < BLOCK ? count - first : BLOCK;
     for (size_t i = 0; i < block; i++)
-      hetab_convert_directions(&pairs[first + i], wi[i], wo[i]);
-    hetab_lookup_eval_batch(source->table, block, (const float(*)[3])wi, (const float(*)[3])wo, in);
+      set_directions(&pairs[first + i], wi[i], wo[i]);
+    read_block(source, block, (const float(*)[3])wi, (const float(*)[3])wo, in);
     for (size_t i = 0; i < block; i++)
       source->clamped += hetab_convert_channels(source, in + i * source->channels_in,
                                                 values + (first + i) * source->channels);

@@ -7,11 +7,14 @@
 
 #include "core/context.h"
 #include "rgl/rgl_build.h"
+#include "rgl/rgl_smooth.h"
 
 typedef struct hetab_convert_source {
   const char *path;
   hetab_format format;
   hetab_lookup *table;
+  hetab_rgl *rgl; /* RGL tables: the same, read as a BRDF rather than f cos */
+  hetab_rgl_smooth smooth;
   size_t channels_in, channels;
   const double *lambda_um; /* [channels]; NULL: linear sRGB */
   double (*weights)[3];    /* [channels_in], to XYZ; NULL: the channels are kept */
@@ -22,10 +25,6 @@ typedef struct hetab_convert_source {
 hetab_status hetab_convert_open(hetab_context *ctx, const char *path, int srgb,
                                 hetab_convert_source *source);
 void hetab_convert_close(hetab_convert_source *source);
-
-/* Unit vectors of a pair; angles are kept off the horizon by a hundredth of a degree, where tables
- * hold nothing. */
-void hetab_convert_directions(const hetab_directions *pair, float wi[3], float wo[3]);
 
 /* A hetab_rgl_values_fn; user is the source. */
 hetab_status hetab_convert_values(hetab_context *ctx, void *user, const hetab_directions *pairs,

@@ -1,11 +1,14 @@
 #include "core/atomic_file.h"
 
+#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -99,11 +102,46 @@ static hetab_status check_target(hetab_context *ctx, const hetab_atomic_file *fi
 
 /* --- temporary files ----------------------------------------------------------------------- */
 
-static void temporary_name(char name[HETAB_TEMP_NAME]) {
-  unsigned long long number;
+/* What the hidden names for a target begin with, so that what a killed process left can be told. */
+static void temporary_prefix(const hetab_atomic_file *file, char prefix[HETAB_TEMP_NAME]) {
+  uint32_t hash = 2166136261u; /* FNV-1a */
+  for (const char *c = file->name; *c; c++)
+    hash = (hash ^ (unsigned char)*c) * 16777619u;
+  snprintf(prefix, HETAB_TEMP_NAME, ".hetab-%08x-", (unsigned)hash);
+}
+
+static void temporary_name(const hetab_atomic_file *file, char name[HETAB_TEMP_NAME]) {
+  unsigned number;
   if (getrandom(&number, sizeof number, 0) != (ssize_t)sizeof number)
-    number = (unsigned long long)getpid();
-  snprintf(name, HETAB_TEMP_NAME, ".hetab-%016llx", number);
+    number = (unsigned)getpid();
+  temporary_prefix(file, name);
+  size_t length = strlen(name);
+  snprintf(name + length, HETAB_TEMP_NAME - length, "%08x", number);
+}
+
+/* Whether it was left behind: processes that live hold a lock on their files. */
+static bool is_abandoned(int directory, const char *name) {
+  int fd = openat(directory, name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+  bool abandoned = fd >= 0 && flock(fd, LOCK_EX | LOCK_NB) == 0;
+  if (fd >= 0)
+    close(fd);
+  return abandoned;
+}
+
+/* Removes what killed processes left of this target. */
+static void sweep(const hetab_atomic_file *file) {
+  char prefix[HETAB_TEMP_NAME];
+  int fd = openat(file->directory, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  DIR *entries = fd >= 0 ? fdopendir(fd) : NULL;
+  if (!entries && fd >= 0)
+    close(fd);
+  temporary_prefix(file, prefix);
+  for (struct dirent *entry; entries && (entry = readdir(entries));)
+    if (strncmp(entry->d_name, prefix, strlen(prefix)) == 0 &&
+        is_abandoned(file->directory, entry->d_name))
+      unlinkat(file->directory, entry->d_name, 0);
+  if (entries)
+    closedir(entries);
 }
 
 /* The way in which an unnamed file is addressed when it is given its name. */
@@ -124,16 +162,16 @@ static int open_unnamed(int directory) {
   return -1;
 }
 
-static int open_named(int directory, char name[HETAB_TEMP_NAME]) {
+static int open_named(hetab_atomic_file *file) {
   int fd = -1;
   for (int i = 0; i < NAME_TRIES && fd < 0; i++) {
-    temporary_name(name);
-    fd = openat(directory, name, O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, 0666);
+    temporary_name(file, file->temp);
+    fd = openat(file->directory, file->temp, O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, 0666);
     if (fd < 0 && errno != EEXIST)
       break;
   }
   if (fd < 0)
-    name[0] = '\0';
+    file->temp[0] = '\0';
   return fd;
 }
 
@@ -141,10 +179,11 @@ static int open_named(int directory, char name[HETAB_TEMP_NAME]) {
 static hetab_status open_temporary(hetab_context *ctx, hetab_atomic_file *file, mode_t mode) {
   file->fd = open_unnamed(file->directory);
   if (file->fd < 0)
-    file->fd = open_named(file->directory, file->temp);
+    file->fd = open_named(file);
   if (file->fd < 0)
     return hetab_fail(ctx, HETAB_ERR_IO, "cannot write '%s': cannot create files beside it: %m",
                       file->path);
+  flock(file->fd, LOCK_EX | LOCK_NB); /* see is_abandoned() */
   if (mode && fchmod(file->fd, mode))
     return hetab_atomic_fail(ctx, file, errno);
   return HETAB_OK;
@@ -182,6 +221,7 @@ hetab_status hetab_atomic_create(hetab_context *ctx, const char *path, int overw
   HETAB_TRY(hetab_atomic_target(ctx, path, &file));
   file->overwrite = overwrite;
   HETAB_GOTO(check_target(ctx, file, &mode));
+  sweep(file);
   HETAB_GOTO(open_temporary(ctx, file, mode));
   *out = file;
   return HETAB_OK;
@@ -261,7 +301,7 @@ static int rename_to_free(hetab_atomic_file *file) {
 static int stage(hetab_atomic_file *file) {
   for (int i = 0; !*file->temp && i < NAME_TRIES; i++) {
     char name[HETAB_TEMP_NAME];
-    temporary_name(name);
+    temporary_name(file, name);
     if (link_as(file, name) == 0)
       strcpy(file->temp, name);
     else if (errno != EEXIST)

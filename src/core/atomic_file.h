@@ -3,7 +3,9 @@
  * The data go to an unnamed file (O_TMPFILE) in the target's directory, which vanishes with the
  * process, and get their name only when they are complete and on the disk. Replacing an existing
  * file takes a second name for the instant between linkat and rename: linkat never overwrites.
- * File systems without unnamed files get a hidden temporary name instead, removed on abort. */
+ * File systems without unnamed files get a hidden temporary name instead, removed on abort. What a
+ * killed process leaves under a hidden name is removed by the next one that writes to the target.
+ */
 #ifndef HETAB_CORE_ATOMIC_FILE_H
 #define HETAB_CORE_ATOMIC_FILE_H
 

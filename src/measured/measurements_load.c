@@ -6,27 +6,27 @@
 #include <strings.h>
 #include <sys/stat.h>
 
+#include <hetab/table.h>
+
 #include "measured/measurement_sheet.h"
 #include "core/input_file.h"
 #include "core/text.h"
+#include "table/table_format.h"
 
-enum { MAX_TEXT = 256 << 20, SIGNATURE = 12 };
+enum { MAX_TEXT = 256 << 20 };
 
-static const char *const h5_extensions[] = {".h5", ".hdf5", NULL};
-static const char *const merl_extensions[] = {".binary", NULL};
-static const char *const rgl_extensions[] = {".bsdf", NULL};
 static const char *const brdf_extensions[] = {".brdf", NULL};
 static const char *const astm_extensions[] = {".astm", NULL};
 static const char *const csv_extensions[] = {".csv", NULL};
 
-/* The file's first bytes; zeros where it has fewer, or cannot be read: its reader says why. Of a
- * pipe none, for its reader would miss them: it is text. */
-static void read_signature(hetab_context *ctx, const char *path,
-                           unsigned char signature[SIGNATURE]) {
+/* By the file's first bytes, else its name. The first bytes of a pipe would be lost to its reader:
+ * it is text, as is what cannot be read, whose reader says why. */
+static bool find_format(hetab_context *ctx, const char *path, hetab_format *format) {
+  unsigned char start[HETAB_FORMAT_START] = {0};
   struct stat about;
-  memset(signature, 0, SIGNATURE);
   if (stat(path, &about) == 0 && S_ISREG(about.st_mode))
-    hetab_input_start(ctx, path, HETAB_INPUT_TEXT, signature, SIGNATURE);
+    hetab_input_start(ctx, path, HETAB_INPUT_TEXT, start, sizeof start);
+  return hetab_format_by_start(start, format) || hetab_format_by_ending(path, format);
 }
 
 static bool has_line(const char *text, const char *key) {
@@ -67,17 +67,13 @@ static hetab_status read_text(hetab_sheet *sheet) {
 }
 
 static hetab_status read_file(hetab_sheet *sheet) {
-  static const unsigned char h5[] = {0x89, 'H', 'D', 'F'}, merl[] = {90, 0, 0, 0, 90, 0, 0, 0, 180};
-  static const unsigned char rgl[] = "tensor_file";
-  unsigned char signature[SIGNATURE];
-  read_signature(sheet->ctx, sheet->path, signature);
-  if (memcmp(signature, h5, sizeof h5) == 0 || hetab_has_extension(sheet->path, h5_extensions))
+  hetab_format format;
+  bool known = find_format(sheet->ctx, sheet->path, &format);
+  if (known && format == HETAB_FORMAT_H5)
     return hetab_measurements_read_h5(sheet);
-  if (memcmp(signature, merl, sizeof merl) == 0 ||
-      hetab_has_extension(sheet->path, merl_extensions))
+  if (known && format == HETAB_FORMAT_MERL)
     return hetab_measurements_read_merl(sheet);
-  if (memcmp(signature, rgl, sizeof rgl - 1) == 0 ||
-      hetab_has_extension(sheet->path, rgl_extensions))
+  if (known && format == HETAB_FORMAT_RGL)
     return hetab_measurements_read_rgl(sheet);
   return read_text(sheet);
 }

@@ -33,7 +33,7 @@ static int fit_with(double n, double k, int count, double tolerance, double *fit
   for (int i = 0; i < count; i++) {
     double cos2 = 0.5 * (1.0 + fitter.node[i]);
     double re = n * n - k * k - (1.0 - cos2), im = 2.0 * n * k;
-    a[i] = creal(csqrt(CMPLX(re, im)));
+    a[i] = creal(csqrt(__builtin_complex(re, im)));
     m[i] = hypot(re, im);
   }
   hetab_chebyshev(&fitter, a, fit);

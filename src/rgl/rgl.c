@@ -137,24 +137,30 @@ static float spectrum_at(const hetab_rgl *rgl, const hetab_blend *blend, const h
   return sum;
 }
 
-void hetab_rgl_eval(const hetab_rgl *rgl, const float wi[3], const float wo[3], float *value) {
+float hetab_rgl_place(const hetab_rgl *rgl, const float wi[3], const float wo[3],
+                      hetab_blend *blend, hetab_cell *cell) {
   float m[3], u_m[2], s[2];
-  for (size_t c = 0; c < rgl->channels; c++)
-    value[c] = 0.0f;
   if (!(wi[2] > 0.0f && wo[2] > 0.0f && half_vector(wi, wo, m)))
-    return;
+    return 0.0f;
   incidence in = incidence_of(rgl, wi);
   place_of(m, in.phi, u_m);
   hetab_warp_invert(&rgl->vndf, &in.blend, u_m, s);
-  hetab_cell cell = hetab_cell_at(rgl->resolution, rgl->resolution, s);
-  float factor = fminf(1.0f / wo[2], FLT_MAX);
-  if (rgl->jacobian) {
-    float u_wi[2] = {hetab_rgl_theta_to_u(in.theta), (in.phi + pi) * (0.5f / pi)};
-    factor = fminf(factor * (map_value(&rgl->ndf, u_m) / (4.0f * map_value(&rgl->sigma, u_wi))),
-                   FLT_MAX);
-  }
+  *blend = in.blend;
+  *cell = hetab_cell_at(rgl->resolution, rgl->resolution, s);
+  if (!rgl->jacobian)
+    return 1.0f;
+  float u_wi[2] = {hetab_rgl_theta_to_u(in.theta), (in.phi + pi) * (0.5f / pi)};
+  return fminf(map_value(&rgl->ndf, u_m) / (4.0f * map_value(&rgl->sigma, u_wi)), FLT_MAX);
+}
+
+void hetab_rgl_eval(const hetab_rgl *rgl, const float wi[3], const float wo[3], float *value) {
+  hetab_blend blend;
+  hetab_cell cell;
+  float factor = hetab_rgl_place(rgl, wi, wo, &blend, &cell);
+  if (factor > 0.0f)
+    factor = fminf(fminf(1.0f / wo[2], FLT_MAX) * factor, FLT_MAX);
   for (size_t c = 0; c < rgl->channels; c++)
-    value[c] = fminf(factor * spectrum_at(rgl, &in.blend, &cell, c), FLT_MAX);
+    value[c] = factor > 0.0f ? fminf(factor * spectrum_at(rgl, &blend, &cell, c), FLT_MAX) : 0.0f;
 }
 
 float hetab_rgl_pdf(const hetab_rgl *rgl, const float wi[3], const float wo[3]) {

@@ -39,4 +39,9 @@ float hetab_rgl_elevation(const float w[3]);
 /* The slices around an incidence. */
 hetab_blend hetab_rgl_blend(const hetab_rgl *rgl, float theta_i, float phi_i);
 
+/* Where a pair of directions is in the spectra; what their numbers there are multiplied by to give
+ * f cos(theta_o). 0 if a direction is not above the horizon. */
+float hetab_rgl_place(const hetab_rgl *rgl, const float wi[3], const float wo[3],
+                      hetab_blend *blend, hetab_cell *cell);
+
 #endif

@@ -305,8 +305,7 @@ static int reflect(double theta_i, const float u_m[2], hetab_directions *pair) {
   return along > 0.0 && wo[2] > 0.0 && pair->theta_r < M_PI_2;
 }
 
-/* The last column leads to theta_m = 90 degrees, where nothing is: it stands for what is before. */
-static float column_place(size_t x, size_t n) {
+float hetab_rgl_column_place(size_t x, size_t n) {
   float last = (float)(n - 1);
   return x == n - 1 ? 1.0f - 0.25f / last : (float)x / last;
 }
@@ -314,7 +313,7 @@ static float column_place(size_t x, size_t n) {
 static void plan_node(const hetab_rgl *rgl, const hetab_blend *blend, double theta_i, double sigma,
                       size_t x, size_t y, plan *p) {
   size_t n = rgl->resolution;
-  float s[2] = {column_place(x, n), (float)y / (float)(n - 1)}, u_m[2];
+  float s[2] = {hetab_rgl_column_place(x, n), (float)y / (float)(n - 1)}, u_m[2];
   hetab_warp_sample(&rgl->vndf, blend, s, u_m);
   if (!reflect(theta_i, u_m, &p->pairs[p->count]))
     return;
@@ -368,8 +367,7 @@ static void luminance_slice(const hetab_rgl_source *source, const double *spectr
     out[i] = fmaxf(out[i], (float)(1e-3 * mean));
 }
 
-/* 90 degrees itself reflects nothing: its slice stands for the last quarter of the interval. */
-static double slice_theta(const hetab_rgl *rgl, size_t k) {
+double hetab_rgl_slice_theta(const hetab_rgl *rgl, size_t k) {
   double theta = (double)rgl->theta_i[k], before;
   if (k == 0 || k + 1 < rgl->theta_i_count)
     return theta;
@@ -385,7 +383,7 @@ hetab_status hetab_rgl_fill(hetab_context *ctx, const hetab_rgl_source *source, 
   HETAB_GOTO(slice && luminance ? HETAB_OK : HETAB_ERR_MEMORY);
   for (size_t k = 0; k < rgl->theta_i_count; k++) {
     hetab_blend own = {1, {k}, {1.0f}};
-    HETAB_GOTO(hetab_rgl_spectra_at(ctx, source, rgl, &own, slice_theta(rgl, k), slice));
+    HETAB_GOTO(hetab_rgl_spectra_at(ctx, source, rgl, &own, hetab_rgl_slice_theta(rgl, k), slice));
     for (size_t i = 0; i < values; i++)
       rgl->spectra[k * values + i] = (float)slice[i];
     luminance_slice(source, slice, nodes, luminance + k * nodes);

@@ -23,4 +23,12 @@ hetab_status hetab_rgl_spectra_at(hetab_context *ctx, const hetab_rgl_source *so
 /* Fills spectra and luminance. */
 hetab_status hetab_rgl_fill(hetab_context *ctx, const hetab_rgl_source *source, hetab_rgl *rgl);
 
+/* The incidence that slice k is made at. 90 degrees itself reflects nothing: its slice stands for
+ * the last quarter of the interval. */
+double hetab_rgl_slice_theta(const hetab_rgl *rgl, size_t k);
+
+/* Where column x of n stands. The last one leads to theta_m = 90 degrees, where nothing is: it
+ * stands for what is before. */
+float hetab_rgl_column_place(size_t x, size_t n);
+
 #endif

@@ -6,13 +6,14 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "table/table_format.h"
 #include "core/atomic_file.h"
 #include "core/input_file.h"
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__,
                "tensor files are little-endian, and this file takes them as memory");
 
-static const char tensor_magic[12] = "tensor_file";
+static const char tensor_magic[] = HETAB_RGL_SIGNATURE;
 static const unsigned char tensor_version[2] = {1, 0};
 
 enum {

@@ -27,8 +27,10 @@ static H5FD_t *driver_open(const char *name, unsigned flags, hid_t fapl, haddr_t
   if (!info || fstat((*info)->fd, &about))
     return NULL;
   driver_file *file = calloc(1, sizeof *file);
-  if (!file)
+  if (!file) {
+    (*info)->error = ENOMEM;
     return NULL;
+  }
   file->descriptor = *info;
   file->eof = (haddr_t)about.st_size;
   return &file->base;

@@ -10,6 +10,7 @@
 #include "core/context.h"
 #include "core/input_file.h"
 #include "table/h5_common.h"
+#include "table/table_format.h"
 
 /* Axes of /brdf, in its order. */
 enum { WAVELENGTH, THETA_I, THETA_R, PHI, RANK };
@@ -148,11 +149,12 @@ static hetab_status read_angles(hetab_context *ctx, hetab_h5_table *table, hetab
 /* --- opening -------------------------------------------------------------------------------- */
 
 static hetab_status open_descriptor(hetab_context *ctx, hetab_h5_table *table) {
-  static const unsigned char signature[8] = {0x89, 'H', 'D', 'F', '\r', '\n', 0x1a, '\n'};
-  unsigned char start[sizeof signature];
+  unsigned char start[HETAB_FORMAT_START] = {0};
+  hetab_format format;
   HETAB_TRY(hetab_input_open(ctx, table->path, HETAB_INPUT_TABLE, &table->descriptor.fd));
-  if (pread(table->descriptor.fd, start, sizeof start, 0) != (ssize_t)sizeof start ||
-      memcmp(start, signature, sizeof start) != 0)
+  if (pread(table->descriptor.fd, start, sizeof start, 0) < 0)
+    return hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': %m", table->path);
+  if (!hetab_format_by_start(start, &format) || format != HETAB_FORMAT_H5)
     return hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' is not an HDF5 file", table->path);
   return HETAB_OK;
 }
