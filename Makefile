@@ -12,9 +12,9 @@ CFLAGS  ?= -O2 -g
 PYTHON  ?= /usr/bin/python3
 
 WARNINGS := -Wall -Wextra -Wconversion -Wdouble-promotion -Wno-unused-parameter
-PACKAGES := OpenCL hdf5 yaml-0.1 nlopt libzip expat libpng
+PACKAGES := OpenCL hdf5 yaml-0.1 jansson nlopt libzip expat libpng
 # Deferred (=), so that they see what scripts/setup has installed.
-PACKAGE_FLAGS = $(shell pkg-config --cflags $(PACKAGES) OpenEXR jansson)
+PACKAGE_FLAGS = $(shell pkg-config --cflags $(PACKAGES) OpenEXR)
 # Of OpenEXR the C API alone, whose name carries the version.
 EXR_LIB = $(filter -lOpenEXRCore%,$(shell pkg-config --libs OpenEXR))
 PACKAGE_LIBS = $(shell pkg-config --libs-only-L hdf5) -lhdf5_hl $(shell pkg-config --libs $(PACKAGES)) $(EXR_LIB)
@@ -223,7 +223,7 @@ $(BUILD)/libhetab.so: $(LIB_OBJECTS) $(BUILD)/exports.map
 	  $(CFLAGS_ALL) $(LDFLAGS) -o $@ $(LIB_OBJECTS) $(LIBS)
 
 $(BUILD)/hetab: $(CLI_OBJECTS) $(BUILD)/libhetab.a
-	$(CC) $(CFLAGS_ALL) $(LDFLAGS) -o $@ $^ $(LIBS) -ljansson
+	$(CC) $(CFLAGS_ALL) $(LDFLAGS) -o $@ $^ $(LIBS)
 
 $(BUILD)/$(PLUGIN): $(BUILD)/hetab
 	@mkdir -p $(@D)

@@ -28,6 +28,8 @@
 #include <hetab/rgl.h>
 #include <hetab/tabulate.h>
 #include <hetab/tabulate_to.h>
+#include <hetab/plan.h>
+#include <hetab/batch.h>
 #include <hetab/table.h>
 #include <hetab/exr.h>
 #include <hetab/reflectance.h>

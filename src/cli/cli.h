@@ -15,7 +15,8 @@ typedef struct cli_command {
 } cli_command;
 
 extern const cli_command cli_tabulate, cli_eval, cli_devices, cli_surfaces, cli_bench, cli_shader,
-    cli_reflectance, cli_audit, cli_roughness, cli_fit, cli_predict, cli_convert, cli_view;
+    cli_reflectance, cli_audit, cli_roughness, cli_fit, cli_predict, cli_convert, cli_view,
+    cli_plan, cli_batch;
 
 /* Print the one line that a failure is, "hetab: MESSAGE", control characters made harmless, and
  * return the exit status. A pending signal wins: the line names it, the status is 128 + signal. */

@@ -9,9 +9,9 @@
 #include "signals.h"
 
 static const cli_command *const commands[] = {
-    &cli_tabulate, &cli_convert,     &cli_view,  &cli_eval,      &cli_devices,
-    &cli_surfaces, &cli_reflectance, &cli_audit, &cli_roughness, &cli_fit,
-    &cli_predict,  &cli_bench,       &cli_shader};
+    &cli_tabulate,  &cli_plan,    &cli_batch,    &cli_convert,     &cli_view,
+    &cli_eval,      &cli_devices, &cli_surfaces, &cli_reflectance, &cli_audit,
+    &cli_roughness, &cli_fit,     &cli_predict,  &cli_bench,       &cli_shader};
 static const size_t command_count = sizeof commands / sizeof *commands;
 
 static int print_help(void) {

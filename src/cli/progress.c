@@ -18,6 +18,7 @@ static struct {
   int visible; /* standard error is a terminal that can redraw a line */
   int drawn;   /* there is something to clear */
   char label[32];
+  const char *unit;         /* of what is counted */
   double start, last, done; /* done: at the last call, to see a new run of progress begin */
 } bar;
 
@@ -38,8 +39,9 @@ static void draw_bar(double fraction, double rate, double left) {
   cells[BAR_CELLS] = 0;
   cli_si(rate, speed, sizeof speed);
   long seconds = lround(fmin(left, 359999));
-  snprintf(line, sizeof line, "%s %3.0f%% [%s] %s entries/s  %ld:%02ld:%02ld left", bar.label,
-           floor(100 * fraction), cells, speed, seconds / 3600, seconds / 60 % 60, seconds % 60);
+  snprintf(line, sizeof line, "%s %3.0f%% [%s] %s %s/s  %ld:%02ld:%02ld left", bar.label,
+           floor(100 * fraction), cells, speed, bar.unit, seconds / 3600, seconds / 60 % 60,
+           seconds % 60);
   draw(line);
 }
 
@@ -57,11 +59,20 @@ static int on_progress(void *user, double done, double total) {
   return cli_signal();
 }
 
+int cli_progress_visible(void) {
+  return bar.visible;
+}
+
 void cli_progress_begin(hetab_context *ctx, const char *label, int quiet) {
+  cli_progress_count(ctx, label, "entries", quiet);
+}
+
+void cli_progress_count(hetab_context *ctx, const char *label, const char *unit, int quiet) {
   const char *terminal = getenv("TERM");
   int dumb = !terminal || strcmp(terminal, "dumb") == 0;
   bar.visible = !quiet && !dumb && isatty(STDERR_FILENO);
   snprintf(bar.label, sizeof bar.label, "%s", label);
+  bar.unit = unit;
   bar.start = bar.last = hetab_seconds();
   bar.done = 0.0;
   if (bar.visible)

@@ -6,6 +6,10 @@
 
 /* From now on the context's jobs show as `label`, unless quiet, and stop on a signal. */
 void cli_progress_begin(hetab_context *ctx, const char *label, int quiet);
+/* The same, of other things than entries. */
+void cli_progress_count(hetab_context *ctx, const char *label, const char *unit, int quiet);
+/* Whether a bar is drawn: other lines on standard error would break it. */
+int cli_progress_visible(void);
 /* Clear the bar; fine without one. */
 void cli_progress_end(void);
 

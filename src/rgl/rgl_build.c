@@ -2,6 +2,7 @@
 #include "rgl/rgl_build.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 
 #include "model/model.h"
@@ -137,6 +138,7 @@ typedef struct search {
   double density[PROBES];
   double intervals, cells;
   hetab_rgl_shape shape;
+  size_t probe_resolution; /* of the tables that `cells` and the softness are found from */
   hetab_rgl_trial trial;
   size_t failing; /* an incidence where the last candidate did not serve */
   hetab_rgl *best;
@@ -218,6 +220,33 @@ static hetab_status find_shape(search *s) {
   return HETAB_OK;
 }
 
+static bool keeps(const search *s) {
+  return s->report.error_l1 <= s->target && fabs(s->report.bias) <= bias_share * s->target &&
+         s->report.error_grazing <= 0.1;
+}
+
+/* The shape that is given, or the first of a few larger ones that keeps what is asked for; if none
+ * does, the given one where its L1 does, else the largest. */
+static hetab_status try_given(search *s, const hetab_rgl_options *options) {
+  enum { TRIES = 4 };
+  hetab_rgl_shape given = s->shape;
+  given.theta_i = clamp_count((double)options->theta_i_count, LEAST_THETA_I, MOST_THETA_I);
+  given.resolution = clamp_count((double)options->resolution, LEAST_RESOLUTION, MOST_RESOLUTION);
+  bool keeps_l1 = false;
+  for (int k = 0; k < TRIES; k++) {
+    double larger = pow(1.15, k);
+    hetab_rgl_shape shape = given;
+    shape.theta_i = clamp_count(larger * (double)given.theta_i, LEAST_THETA_I, MOST_THETA_I);
+    shape.resolution =
+        clamp_count(larger * (double)given.resolution, LEAST_RESOLUTION, MOST_RESOLUTION);
+    HETAB_TRY(try_shape(s, &shape, 1));
+    if (keeps(s))
+      return HETAB_OK;
+    keeps_l1 |= k == 0 && s->report.error_l1 <= s->target;
+  }
+  return keeps_l1 ? try_shape(s, &given, 1) : HETAB_OK;
+}
+
 /* Nodes for the lobe: at least 4 over its half width. */
 static hetab_status choose_nodes(search *s) {
   enum { FINE = 1024 };
@@ -234,10 +263,12 @@ static hetab_status choose_nodes(search *s) {
   return HETAB_OK;
 }
 
+enum { FORECAST_PROBE = 24, SEARCH_PROBE = 48 };
+
 /* How many nodes an error of 1 would take with this softness: of a table read at its own
  * incidences. With `trial`, the directions that candidates are judged at, drawn from it. */
 static hetab_status probe_cells(search *s, double soft, hetab_rgl_trial *trial, double *cells) {
-  enum { SLICES = 6, RESOLUTION = 48 };
+  enum { SLICES = 6 };
   static const double theta_deg[SLICES] = {0.0, 20.0, 40.0, 60.0, 75.0, 90.0};
   double theta_i[SLICES];
   hetab_rgl_shape shape = s->shape;
@@ -246,14 +277,14 @@ static hetab_status probe_cells(search *s, double soft, hetab_rgl_trial *trial, 
   hetab_rgl *probe;
   hetab_status status;
   shape.theta_i = SLICES;
-  shape.resolution = RESOLUTION;
+  shape.resolution = s->probe_resolution;
   shape.soft = soft;
   for (size_t k = 0; k < SLICES; k++)
     theta_i[k] = hetab_radians(theta_deg[k]);
   HETAB_TRY(build_at(s->ctx, s->source, theta_i, &shape, &probe));
   HETAB_GOTO(hetab_rgl_trial_at(s->ctx, s->source, probe, theta_i, SLICES - 1, &own));
   hetab_rgl_trial_run(&own, probe, &report);
-  *cells = (RESOLUTION - 1) * sqrt(report.error_l1);
+  *cells = (double)(s->probe_resolution - 1) * sqrt(report.error_l1);
   if (trial)
     HETAB_GOTO(hetab_rgl_trial_create(s->ctx, s->source, probe, 1, trial));
 done:
@@ -273,7 +304,7 @@ static hetab_status choose_soft(search *s) {
       s->shape.soft = tried[i];
     }
   }
-  return probe_cells(s, s->shape.soft, &s->trial, &s->cells);
+  return HETAB_OK;
 }
 
 static hetab_status prepare(search *s) {
@@ -285,10 +316,48 @@ static hetab_status prepare(search *s) {
   return HETAB_OK;
 }
 
+/* ---- forecasts ----------------------------------------------------------------------------- */
+
+hetab_status hetab_rgl_forecast_make(hetab_context *ctx, const hetab_rgl_source *source,
+                                     hetab_rgl_forecast *out) {
+  search s = {.ctx = ctx, .source = source, .probe_resolution = FORECAST_PROBE};
+  hetab_status status = prepare(&s);
+  *out = (hetab_rgl_forecast){.intervals = s.intervals, .cells = s.cells, .nodes = s.shape};
+  return status;
+}
+
+/* The worst incidence's error is about this of the part that incidences leave, and this of the part
+ * that nodes leave: within a factor of 2 (tests/test_cli_batch.sh). `spare` keeps nearly all
+ * below what is asked for. */
+static const double of_intervals = 1.1, of_cells = 1.4, spare = 0.55;
+
+/* The bytes, T R^2, are least where nodes are left two thirds of the error. */
+hetab_status hetab_rgl_forecast_at(hetab_context *ctx, const hetab_rgl_forecast *f,
+                                   const hetab_rgl_source *source, double table_error,
+                                   hetab_rgl_report *out) {
+  double sum = spare * table_error;
+  hetab_rgl_shape shape = f->nodes;
+  shape.theta_i = clamp_count(ceil(f->intervals * sqrt(3.0 * of_intervals / sum)) + 1.0,
+                              LEAST_THETA_I, MOST_THETA_I);
+  shape.resolution = clamp_count(ceil(f->cells * sqrt(1.5 * of_cells / sum)) + 1.0,
+                                 LEAST_RESOLUTION, MOST_RESOLUTION);
+  *out = (hetab_rgl_report){.target = table_error,
+                            .theta_i_count = shape.theta_i,
+                            .ndf_count = shape.ndf,
+                            .vndf_count = shape.vndf_theta,
+                            .resolution = shape.resolution};
+  out->error_l1 = of_intervals * pow(f->intervals / (double)(shape.theta_i - 1), 2) +
+                  of_cells * pow(f->cells / (double)(shape.resolution - 1), 2);
+  return hetab_rgl_shape_bytes(ctx, source, &shape, &out->bytes);
+}
+
 hetab_status hetab_rgl_build(hetab_context *ctx, const hetab_rgl_source *source,
                              const hetab_rgl_options *options, hetab_rgl **out,
                              hetab_rgl_report *report) {
-  search s = {.ctx = ctx, .source = source, .target = options->table_error};
+  search s = {.ctx = ctx,
+              .source = source,
+              .target = options->table_error,
+              .probe_resolution = options->resolution ? FORECAST_PROBE : SEARCH_PROBE};
   hetab_status status;
   *out = NULL;
   if (s.target == 0.0)
@@ -296,7 +365,8 @@ hetab_status hetab_rgl_build(hetab_context *ctx, const hetab_rgl_source *source,
   if (!(s.target > 0.0 && s.target <= 1.0))
     return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "table_error %g: give a value up to 1", s.target);
   HETAB_GOTO(prepare(&s));
-  HETAB_GOTO(find_shape(&s));
+  HETAB_GOTO(probe_cells(&s, s.shape.soft, &s.trial, &s.cells));
+  HETAB_GOTO(options->resolution ? try_given(&s, options) : find_shape(&s));
 done:
   hetab_rgl_trial_clear(&s.trial);
   if (status != HETAB_OK) {

@@ -37,6 +37,21 @@ hetab_status hetab_rgl_build(hetab_context *ctx, const hetab_rgl_source *source,
                              const hetab_rgl_options *options, hetab_rgl **out,
                              hetab_rgl_report *report);
 
+/* What a table's shape needs, from small trials: about a sixth of the work of making it. */
+typedef struct hetab_rgl_forecast {
+  double intervals, cells; /* incidences alone leave an error of (intervals / (theta_i - 1))^2,
+                              nodes one of (cells / (resolution - 1))^2 */
+  hetab_rgl_shape nodes;   /* without theta_i and resolution */
+} hetab_rgl_forecast;
+
+hetab_status hetab_rgl_forecast_make(hetab_context *ctx, const hetab_rgl_source *source,
+                                     hetab_rgl_forecast *out);
+/* The shape whose error stays below table_error for nearly all surfaces, the error expected of it,
+ * and the bytes of its file. */
+hetab_status hetab_rgl_forecast_at(hetab_context *ctx, const hetab_rgl_forecast *forecast,
+                                   const hetab_rgl_source *source, double table_error,
+                                   hetab_rgl_report *out);
+
 /* What the reader makes of any table, against the source (the same channels): fills the report's
  * errors. Directions are drawn half from the table's own sampler and half evenly. */
 hetab_status hetab_rgl_measure(hetab_context *ctx, const hetab_rgl_source *source,

@@ -87,6 +87,22 @@ hetab_status hetab_rgl_bytes(hetab_context *ctx, const hetab_rgl *rgl, size_t *b
   return status;
 }
 
+hetab_status hetab_rgl_shape_bytes(hetab_context *ctx, const hetab_rgl_source *source,
+                                   const hetab_rgl_shape *shape, size_t *bytes) {
+  const hetab_rgl_map lobe = {.width = shape->ndf, .height = 2};
+  const hetab_rgl sizes = {.description = (char *)(source->description ? source->description : ""),
+                           .phi_i_count = 1,
+                           .theta_i_count = shape->theta_i,
+                           .ndf = lobe,
+                           .sigma = lobe,
+                           .vndf = {.width = shape->vndf_phi, .height = shape->vndf_theta},
+                           .luminance = {.width = shape->resolution, .height = shape->resolution},
+                           .channels = source->channels,
+                           .resolution = shape->resolution,
+                           .wavelengths_um = (double *)source->wavelengths_um};
+  return hetab_rgl_bytes(ctx, &sizes, bytes);
+}
+
 /* ---- reading ------------------------------------------------------------------------------- */
 
 static const float NEGATIVE_SHARE = 1e-3f; /* of the largest spectrum: noise about 0 */

@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 #include <pthread.h>
-#include <unistd.h>
 
+#include "core/cpus.h"
 #include "core/option_size.h"
 #include "core/random.h"
 #include "model/colour.h"
@@ -121,8 +121,7 @@ static void *work(void *argument) {
 }
 
 static size_t worker_count(size_t pairs) {
-  long cores = sysconf(_SC_NPROCESSORS_ONLN);
-  size_t most = cores > 1 ? (size_t)cores : 1, useful = pairs / WORKER_PAIRS + 1;
+  size_t most = (size_t)hetab_cpu_count(), useful = pairs / WORKER_PAIRS + 1;
   most = most < MOST_WORKERS ? most : MOST_WORKERS;
   return useful < most ? useful : most;
 }

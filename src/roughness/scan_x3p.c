@@ -10,7 +10,7 @@
 #include <zip.h>
 #include "core/input_file.h"
 #include "roughness/heights.h"
-#include "roughness/md5.h"
+#include "core/md5.h"
 #include "roughness/x3p_xml.h"
 
 static const size_t most_xml = (size_t)256 << 20;

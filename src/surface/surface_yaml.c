@@ -2,6 +2,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include "surface/surface_yaml.h"
 #include "surface/surface_parts.h"
 #include "core/text.h"
 #include "surface/wavelengths.h"
@@ -123,17 +124,22 @@ static hetab_status read_index_mapping(hetab_yaml *file, const yaml_node_t *mapp
   return read_index_file(file, path, index);
 }
 
-static hetab_status read_index(hetab_yaml *file, const yaml_node_t *root, hetab_index **index) {
+static hetab_status read_index_node(hetab_yaml *file, const yaml_node_t *node,
+                                    hetab_index **index) {
   const char *wanted = "a metal such as Al, {file: PATH}, or {n: N, k: K}", *symbol;
-  yaml_node_t *node;
-  HETAB_TRY(hetab_yaml_require(file, root, "index",
-                               "add a metal such as Al, {file: PATH}, or {n: N, k: K}", &node));
   if (node->type == YAML_MAPPING_NODE)
     return read_index_mapping(file, node, index);
   HETAB_TRY(hetab_yaml_text(file, node, "index", wanted, &symbol));
   hetab_status status = hetab_index_metal(file->ctx, symbol, index);
   return status == HETAB_ERR_ARGUMENT ? hetab_yaml_locate(file, HETAB_ERR_PARSE, node, "index")
                                       : status;
+}
+
+static hetab_status read_index(hetab_yaml *file, const yaml_node_t *root, hetab_index **index) {
+  yaml_node_t *node;
+  HETAB_TRY(hetab_yaml_require(file, root, "index",
+                               "add a metal such as Al, {file: PATH}, or {n: N, k: K}", &node));
+  return read_index_node(file, node, index);
 }
 
 /* ---- diffuse part ---- */
@@ -231,51 +237,74 @@ static hetab_status read_extrapolate(hetab_yaml *file, const yaml_node_t *root,
   return node ? hetab_yaml_bool(file, node, "extrapolate_index", &surface->extrapolate) : HETAB_OK;
 }
 
-static hetab_status fill_surface(hetab_yaml *file, hetab_surface *surface) {
-  const yaml_node_t *root = hetab_yaml_root(file);
+static hetab_status fill_surface(hetab_yaml *file, const yaml_node_t *root,
+                                 hetab_surface *surface) {
   HETAB_TRY(read_roughness(file, root, surface));
   HETAB_TRY(read_extrapolate(file, root, surface));
   HETAB_TRY(read_index(file, root, &surface->index));
   return read_bands(file, root, surface);
 }
 
-/* The name, or else the file's own without folder and extension. */
-static hetab_status new_named_surface(hetab_yaml *file, hetab_surface **surface) {
-  yaml_node_t *root = hetab_yaml_root(file), *node = hetab_yaml_get(file, root, "name");
-  const char *name;
-  if (node) {
+hetab_status hetab_surface_of_mapping(hetab_yaml *file, const yaml_node_t *mapping,
+                                      const char *name, hetab_surface **out) {
+  yaml_node_t *node = hetab_yaml_get(file, mapping, "name");
+  hetab_surface *surface;
+  *out = NULL;
+  HETAB_TRY(hetab_yaml_check_keys(file, mapping, surface_keys, true));
+  if (node)
     HETAB_TRY(hetab_yaml_text(file, node, "name", "a name", &name));
-    return hetab_surface_new(file->ctx, name, surface);
-  }
-  const char *slash = strrchr(file->path, '/');
-  char *stem = strdup(slash ? slash + 1 : file->path);
-  if (!stem)
-    return hetab_fail(file->ctx, HETAB_ERR_MEMORY, "out of memory");
-  if (hetab_has_extension(stem, hetab_yaml_extensions))
-    *strrchr(stem, '.') = '\0';
-  hetab_status status = hetab_surface_new(file->ctx, stem, surface);
-  free(stem);
+  HETAB_TRY(hetab_surface_new(file->ctx, name, &surface));
+  hetab_status status = fill_surface(file, mapping, surface);
+  if (status == HETAB_OK)
+    *out = surface;
+  else
+    hetab_surface_free(surface);
   return status;
 }
 
-static hetab_status read_surface(hetab_yaml *file, hetab_surface **out) {
+hetab_status hetab_surface_of_values(hetab_yaml *file, const char *name,
+                                     const hetab_surface_values *values, hetab_surface **out) {
+  double *lambda_um;
+  size_t count;
   hetab_surface *surface;
-  HETAB_TRY(hetab_yaml_check_keys(file, hetab_yaml_root(file), surface_keys, true));
-  HETAB_TRY(new_named_surface(file, &surface));
-  hetab_status status = fill_surface(file, surface);
-  if (status != HETAB_OK) {
-    hetab_surface_free(surface);
-    return status;
+  *out = NULL;
+  HETAB_TRY(hetab_surface_new(file->ctx, name, &surface));
+  surface->sigma0_um = values->sigma0_um;
+  surface->tau_um = values->tau_um;
+  surface->diffuse[0] = values->diffuse_reflectance;
+  hetab_status status = read_index_node(file, values->index, &surface->index);
+  if (status == HETAB_OK)
+    status = hetab_wavelengths_parse(file->ctx, "400:700:10", 1000, &lambda_um, &count);
+  if (status == HETAB_OK) {
+    status = hetab_surface_sample(file->ctx, surface, lambda_um, count);
+    free(lambda_um);
+    if (status != HETAB_OK)
+      hetab_yaml_locate(file, status, values->index, "index");
   }
-  *out = surface;
-  return HETAB_OK;
+  if (status == HETAB_OK)
+    *out = surface;
+  else
+    hetab_surface_free(surface);
+  return status;
+}
+
+/* The file's own name without folder and extension; free() it. */
+static char *stem_of(const char *path) {
+  const char *slash = strrchr(path, '/');
+  char *stem = strdup(slash ? slash + 1 : path);
+  if (stem && hetab_has_extension(stem, hetab_yaml_extensions))
+    *strrchr(stem, '.') = '\0';
+  return stem;
 }
 
 hetab_status hetab_surface_load(hetab_context *ctx, const char *path, hetab_surface **out) {
   *out = NULL;
   hetab_yaml file;
   HETAB_TRY(hetab_yaml_open(ctx, path, &file));
-  hetab_status status = read_surface(&file, out);
+  char *stem = stem_of(path);
+  hetab_status status = stem ? hetab_surface_of_mapping(&file, hetab_yaml_root(&file), stem, out)
+                             : hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory");
+  free(stem);
   hetab_yaml_close(&file);
   return status;
 }

@@ -1,6 +1,6 @@
-/* MD5 (RFC 1321), the checksum of X3P files. */
-#ifndef HETAB_ROUGHNESS_MD5_H
-#define HETAB_ROUGHNESS_MD5_H
+/* MD5 (RFC 1321): checksums of X3P files and of batches, which nobody attacks. */
+#ifndef HETAB_CORE_MD5_H
+#define HETAB_CORE_MD5_H
 
 #include <stddef.h>
 

@@ -1,4 +1,4 @@
-#include "roughness/md5.h"
+#include "core/md5.h"
 
 #include <math.h>
 #include <stdint.h>

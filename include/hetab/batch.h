@@ -1,0 +1,41 @@
+/* Batches: the tables of a plan in a folder, each with its record, one at a time. Who runs them, on
+ * how many cores and machines, is the caller's: `hetab batch` starts a process a core.
+ *
+ * Folder: plan.json; of every surface NAME.json, its record, and NAME.bsdf, .binary, .h5 or .exr
+ * with NAME.specular.csv where it has a table of its own; manifest.json, index.html, and scene.xml,
+ * scene.py or scene.pbrt for the renderer. */
+#ifndef HETAB_BATCH_H
+#define HETAB_BATCH_H
+
+#include <hetab/engine.h>
+#include <hetab/plan.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* What a record says. */
+typedef struct hetab_batch_result {
+  double bytes;   /* of the table and what is beside it; 0 without a table */
+  double seconds; /* of the process, while it was made: of one core, where that has one thread */
+  double error_l1, bias; /* RGL, measured, as in hetab_rgl_report; 0: none */
+  int fits;              /* the errors are what was asked for */
+} hetab_batch_result;
+
+/* Whether the surface's record and files are those that the plan asks for: by key, sizes and times;
+ * with verify also by checksum. result may be NULL. */
+int hetab_batch_done(hetab_context *ctx, const hetab_scene *scene, const hetab_plan *plan, size_t i,
+                     const char *folder, int verify, hetab_batch_result *result);
+/* Makes the surface's table and record. *engine: NULL at first; made where a format needs one, and
+ * the caller's to keep for the next and to free. Surfaces that share a table come after it. */
+hetab_status hetab_batch_make(hetab_context *ctx, hetab_engine **engine, const hetab_scene *scene,
+                              const hetab_plan *plan, size_t i, const char *folder,
+                              hetab_batch_result *result);
+/* The manifest, the overview and the renderer's scene of what is in the folder. */
+hetab_status hetab_batch_finish(hetab_context *ctx, const hetab_scene *scene,
+                                const hetab_plan *plan, const char *folder);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

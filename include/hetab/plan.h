@@ -1,0 +1,87 @@
+/* Only what a scene needs: a scene's surfaces, its renderer and the error that nobody sees make a
+ * plan, from the model and small trials, before any table is computed.
+ *
+ * Scene, YAML (unknown keys are errors; failures name the file, the line and the key):
+ *
+ *   surfaces: [BBQAL1, mine.yml, {name: gold, sigma0_um: 0.4, tau_um: 2.5, index: Au}]
+ *   sweep: {index: [Al, Cu], sigma0_um: {from: 0.05, to: 1, count: 20, spacing: log},
+ *           tau_um: [2, 5, 10]}    # or slope in place of sigma0_um; diffuse_reflectance: a list
+ * too consumer: mitsuba-rgb          # mitsuba-spectral, pbrt, merl, hdf5, exr, lookup table_error:
+ * 0.01              # relative L1 as the renderer sees it energy_error: 0.003            # of what
+ * is left out: the delta, of all that is reflected max_theta_i_deg: 90            # incidences that
+ * occur memory_mb: 20                  # optional: 10^6 bytes, all tables together
+ */
+#ifndef HETAB_PLAN_H
+#define HETAB_PLAN_H
+
+#include <stddef.h>
+#include <hetab/surface.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum hetab_consumer {
+  HETAB_MITSUBA_RGB,
+  HETAB_MITSUBA_SPECTRAL,
+  HETAB_PBRT,
+  HETAB_CONSUMER_MERL,
+  HETAB_CONSUMER_HDF5,
+  HETAB_CONSUMER_EXR,
+  HETAB_CONSUMER_LOOKUP
+} hetab_consumer;
+
+const char *hetab_consumer_name(hetab_consumer consumer); /* "mitsuba-rgb" */
+
+typedef struct hetab_scene hetab_scene;
+
+hetab_status hetab_scene_load(hetab_context *ctx, const char *path, hetab_scene **out);
+void hetab_scene_free(hetab_scene *scene); /* NULL is fine */
+size_t hetab_scene_surface_count(const hetab_scene *scene);
+const hetab_surface *hetab_scene_surface(const hetab_scene *scene, size_t i);
+hetab_consumer hetab_scene_consumer(const hetab_scene *scene);
+
+/* What a surface needs. */
+typedef enum hetab_plan_kind {
+  HETAB_PLAN_TABLE,  /* a table of its own */
+  HETAB_PLAN_SHARED, /* the table of item `shares` */
+  HETAB_PLAN_MIRROR, /* the delta is all: the renderer's smooth conductor */
+  HETAB_PLAN_PLAIN   /* the renderer's Beckmann conductor, alpha = 2 sigma0 / tau */
+} hetab_plan_kind;
+
+typedef struct hetab_plan_item {
+  hetab_plan_kind kind;
+  size_t shares;
+  int delta, diffuse;     /* terms that are needed beside dd */
+  double delta_share;     /* the delta's largest part of what is reflected, up to max_theta_i */
+  double energy_left_out; /* of it, what the plan leaves out */
+  double plain_error;     /* relative L1 of the renderer's Beckmann conductor at 45 degrees */
+  size_t wavelengths;     /* in the table: 3 for linear sRGB */
+  size_t theta_i_count, resolution; /* RGL */
+  size_t bytes;                     /* of the table's file; .bsdf and MERL exactly */
+  double seconds;                   /* of one core */
+  double error_l1; /* expected; 0: not known before the table is there (dense tables) */
+} hetab_plan_item;
+
+typedef struct hetab_plan {
+  size_t count;
+  hetab_plan_item *items; /* in the scene's order */
+  double table_error;     /* the common error that the budget leaves; what was asked for, without */
+  double asked_error;
+  double memory_bytes;               /* the budget; 0: none */
+  double bytes, seconds;             /* in all */
+  double dense_bytes, dense_seconds; /* 31-band dense HDF5 tables of all surfaces */
+} hetab_plan;
+
+/* HETAB_ERR_RANGE: no error below 0.3 meets the budget; the message names the surfaces that cost
+ * most. Progress counts surfaces. The plan of a scene without surfaces is empty. */
+hetab_status hetab_plan_create(hetab_context *ctx, const hetab_scene *scene, hetab_plan **out);
+/* The same, kept as plan.json in the folder: of a scene that has not changed it is only read. */
+hetab_status hetab_plan_open(hetab_context *ctx, const hetab_scene *scene, const char *folder,
+                             hetab_plan **out);
+void hetab_plan_free(hetab_plan *plan); /* NULL is fine */
+
+#ifdef __cplusplus
+}
+#endif
+#endif

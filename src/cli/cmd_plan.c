@@ -1,0 +1,81 @@
+/* hetab plan: what tables a scene needs. */
+#include <stdio.h>
+#include <string.h>
+
+#include "cli.h"
+#include "options.h"
+#include "plan_output.h"
+
+static int print_jobs(const char *scene, int scheduler) {
+  if (scheduler == 0)
+    printf("#!/bin/sh\n# sbatch this file; any number of tasks, all in one shared folder\n"
+           "#SBATCH --array=1-8\n#SBATCH --ntasks=1\n#SBATCH --cpus-per-task=1\n"
+           "exec hetab batch '%s' -o tables\n",
+           scene);
+  else
+    printf("parallel hetab batch '%s' -o tables --jobs 1 --shard {}/8 ::: 1 2 3 4 5 6 7 8\n",
+           scene);
+  return CLI_OK;
+}
+
+static int run_plan(const char *path, int json) {
+  hetab_context *ctx = cli_context();
+  hetab_scene *scene = NULL;
+  hetab_plan *plan = NULL;
+  if (!ctx)
+    return CLI_FAILURE;
+  hetab_status status = hetab_scene_load(ctx, path, &scene);
+  if (status == HETAB_OK)
+    status = hetab_plan_create(ctx, scene, &plan);
+  int result = status != HETAB_OK ? cli_fail_context(ctx)
+               : json             ? plan_print_json(scene, plan)
+                                  : plan_print(scene, plan);
+  hetab_plan_free(plan);
+  hetab_scene_free(scene);
+  hetab_context_free(ctx);
+  return result;
+}
+
+static int run(const cli_command *self, int argc, char **argv) {
+  int json = 0, scheduler = -1, first;
+  const cli_option options[] = {
+      {CLI_FLAG, "json", 0, NULL, "print the plan as JSON, as described above", &json, 0, 0},
+      {CLI_CHOICE, "jobs-for", 0, "slurm|parallel",
+       "print the job file, or the command line, that starts the batch", &scheduler, 0, 0},
+      {0}};
+  int status = cli_parse_options(self, options, argc, argv, &first);
+  if (status >= 0)
+    return status;
+  if (!argv[first])
+    return cli_usage(self, "no SCENE given");
+  if (argv[first + 1])
+    return cli_usage(self, "unexpected argument '%s'", argv[first + 1]);
+  return scheduler >= 0 ? print_jobs(argv[first], scheduler) : run_plan(argv[first], json);
+}
+
+const cli_command cli_plan = {
+    .name = "plan",
+    .arguments = "SCENE.yml",
+    .summary = "say which tables a scene needs, before any is computed",
+    .description =
+        "Reads a scene and decides, from the model and small trials, what each of its surfaces "
+        "needs: terms, wavelengths, the shape of its table, and whether it needs one.\n\n"
+        "A scene is YAML: surfaces, a list of presets, surface files and {name: ..., sigma0_um: "
+        "..., tau_um: ..., index: ...}; sweep, {index: [...], sigma0_um: [...] or {from: A, to: B, "
+        "count: N, spacing: log}, or slope; tau_um, diffuse_reflectance likewise}; consumer, "
+        "mitsuba-rgb, mitsuba-spectral, pbrt, merl, hdf5, exr or lookup; table_error, relative L1 "
+        "(0.01); energy_error, what may be left out of all that is reflected (0.003); "
+        "max_theta_i_deg (90); memory_mb, 10^6 bytes of all tables together (none).\n\n"
+        "A surface is what: a table; shared, the table of another within the error; mirror, the "
+        "delta is all; plain, the renderer's Beckmann conductor is within the error. Errors and "
+        "seconds are expected, bytes of .bsdf and .binary exact. With a budget that the error "
+        "asked "
+        "for does not meet, the smallest common error that does is found.\n\n"
+        "--json prints an object with version, consumer, asked_error, table_error, memory_bytes, "
+        "bytes, seconds, dense_bytes, dense_seconds (of 31-band dense HDF5 tables) and surfaces, "
+        "an "
+        "array of objects with surface, what, delta, diffuse, delta_share, energy_left_out, "
+        "plain_error, table_of, wavelengths, theta_i, resolution, bytes, seconds, error_l1; null "
+        "where it is not known.",
+    .run = run,
+};

@@ -1,0 +1,116 @@
+#include "plan_output.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "cli.h"
+#include "numbers.h"
+#include "output.h"
+
+static const char *const kinds[] = {"table", "shared", "mirror", "plain"};
+
+/* ---- text ---------------------------------------------------------------------------------- */
+
+static const char *terms_text(const hetab_plan_item *item) {
+  static const char *const texts[] = {"dd", "dd ud", "dd delta", "dd ud delta"};
+  return item->kind == HETAB_PLAN_MIRROR ? "delta" : texts[2 * item->delta + item->diffuse];
+}
+
+static void print_item(const hetab_scene *scene, const hetab_plan *plan, size_t i, int width) {
+  const hetab_plan_item *item = &plan->items[i];
+  char shape[32] = "-", bytes[16] = "-", error[16] = "-", seconds[16] = "-";
+  if (item->kind == HETAB_PLAN_TABLE) {
+    if (item->resolution)
+      snprintf(shape, sizeof shape, "%zu x %zu^2 x %zu", item->theta_i_count, item->resolution,
+               item->wavelengths);
+    cli_si((double)item->bytes, bytes, sizeof bytes);
+    snprintf(seconds, sizeof seconds, "%.2f", item->seconds);
+    if (item->error_l1 > 0.0)
+      snprintf(error, sizeof error, "%.2g %%", 100.0 * item->error_l1);
+  }
+  printf("%-*s %-7s %-12s %-15s %9s %8s %8s %9.2g %%", width,
+         hetab_surface_name(hetab_scene_surface(scene, i)), kinds[item->kind], terms_text(item),
+         shape, bytes, seconds, error, 100.0 * item->energy_left_out);
+  if (item->kind == HETAB_PLAN_SHARED)
+    printf("  the table of %s", hetab_surface_name(hetab_scene_surface(scene, item->shares)));
+  else if (item->kind == HETAB_PLAN_MIRROR)
+    printf("  no table: a smooth conductor");
+  else if (item->kind == HETAB_PLAN_PLAIN)
+    printf("  no table: a rough conductor, Beckmann, alpha %.4g",
+           2.0 * hetab_surface_sigma0_um(hetab_scene_surface(scene, i)) /
+               hetab_surface_tau_um(hetab_scene_surface(scene, i)));
+  putchar('\n');
+}
+
+static void print_sums(const hetab_scene *scene, const hetab_plan *plan) {
+  size_t of_kind[4] = {0}, beside = 0;
+  double share = 0.0;
+  for (size_t i = 0; i < plan->count; i++) {
+    const hetab_plan_item *item = &plan->items[i];
+    of_kind[item->kind]++;
+    if (!item->delta || item->kind > HETAB_PLAN_SHARED)
+      continue;
+    beside++;
+    share = fmax(share, item->delta_share);
+  }
+  printf("%zu surfaces for %s: %zu tables, %zu shared, %zu mirrors, %zu plain; %.2f MB, %.1f s of "
+         "one core\n",
+         plan->count, hetab_consumer_name(hetab_scene_consumer(scene)), of_kind[0], of_kind[1],
+         of_kind[2], of_kind[3], 1e-6 * plan->bytes, plan->seconds);
+  if (plan->table_error > plan->asked_error)
+    printf("the budget of %.3g MB leaves an error of %.2g %% for all, %.2g %% was asked for\n",
+           1e-6 * plan->memory_bytes, 100.0 * plan->table_error, 100.0 * plan->asked_error);
+  if (beside && hetab_scene_consumer(scene) <= HETAB_CONSUMER_MERL)
+    printf(
+        "the delta of %zu surfaces, up to %.2g %% of what they reflect at one incidence, is beside "
+        "their tables, in NAME.specular.csv: the renderer alone does not read it\n",
+        beside, 100.0 * share);
+  printf("instead of %.2f MB and %.1f s of dense HDF5 tables\n", 1e-6 * plan->dense_bytes,
+         plan->dense_seconds);
+}
+
+int plan_print(const hetab_scene *scene, const hetab_plan *plan) {
+  size_t width = strlen("surface");
+  for (size_t i = 0; i < plan->count; i++)
+    width = (size_t)fmax((double)width,
+                         (double)strlen(hetab_surface_name(hetab_scene_surface(scene, i))));
+  if (plan->count)
+    printf("%-*s %-7s %-12s %-15s %9s %8s %8s %11s\n", (int)width, "surface", "what", "terms",
+           "shape", "bytes", "seconds", "error", "left out");
+  for (size_t i = 0; i < plan->count; i++)
+    print_item(scene, plan, i, (int)width);
+  print_sums(scene, plan);
+  return CLI_OK;
+}
+
+/* ---- JSON ---------------------------------------------------------------------------------- */
+
+static json_t *number_or_null(double value) {
+  return value > 0.0 ? json_real(value) : json_null();
+}
+
+static json_t *item_json(const hetab_scene *scene, const hetab_plan *plan, size_t i) {
+  const hetab_plan_item *item = &plan->items[i];
+  const char *shared = hetab_surface_name(hetab_scene_surface(scene, item->shares));
+  return json_pack("{so ss sb sb sf sf so ss sI sI sI sI sf so}", "surface",
+                   cli_json_text(hetab_surface_name(hetab_scene_surface(scene, i))), "what",
+                   kinds[item->kind], "delta", item->delta, "diffuse", item->diffuse, "delta_share",
+                   item->delta_share, "energy_left_out", item->energy_left_out, "plain_error",
+                   number_or_null(item->plain_error), "table_of", shared, "wavelengths",
+                   (json_int_t)item->wavelengths, "theta_i", (json_int_t)item->theta_i_count,
+                   "resolution", (json_int_t)item->resolution, "bytes", (json_int_t)item->bytes,
+                   "seconds", item->seconds, "error_l1", number_or_null(item->error_l1));
+}
+
+int plan_print_json(const hetab_scene *scene, const hetab_plan *plan) {
+  json_t *items = json_array();
+  for (size_t i = 0; i < plan->count; i++)
+    json_array_append_new(items, item_json(scene, plan, i));
+  return cli_json_print(json_pack(
+      "{ss ss sf sf so sf sf sf sf so}", "version", hetab_version(), "consumer",
+      hetab_consumer_name(hetab_scene_consumer(scene)), "asked_error", plan->asked_error,
+      "table_error", plan->table_error, "memory_bytes", number_or_null(plan->memory_bytes), "bytes",
+      plan->bytes, "seconds", plan->seconds, "dense_bytes", plan->dense_bytes, "dense_seconds",
+      plan->dense_seconds, "surfaces", items));
+}

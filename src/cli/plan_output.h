@@ -1,0 +1,11 @@
+/* A plan as text and as JSON. */
+#ifndef HETAB_CLI_PLAN_OUTPUT_H
+#define HETAB_CLI_PLAN_OUTPUT_H
+
+#include <hetab/plan.h>
+
+/* The exit status. */
+int plan_print(const hetab_scene *scene, const hetab_plan *plan);
+int plan_print_json(const hetab_scene *scene, const hetab_plan *plan);
+
+#endif

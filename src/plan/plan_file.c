@@ -1,0 +1,108 @@
+/* A plan kept in the batch's folder, under the key of what it was made of. */
+#include <hetab/output_file.h>
+#include <hetab/plan.h>
+
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <jansson.h>
+
+#include "core/context.h"
+#include "plan/plan_key.h"
+#include "plan/scene.h"
+
+static bool unpack_item(const json_t *json, size_t count, hetab_plan_item *item) {
+  json_int_t kind, shares, wavelengths, theta_i, resolution, bytes;
+  if (json_unpack((json_t *)json, "{sI sI sb sb sF sF sF sI sI sI sI sF sF}", "kind", &kind,
+                  "shares", &shares, "delta", &item->delta, "diffuse", &item->diffuse,
+                  "delta_share", &item->delta_share, "energy_left_out", &item->energy_left_out,
+                  "plain_error", &item->plain_error, "wavelengths", &wavelengths, "theta_i",
+                  &theta_i, "resolution", &resolution, "bytes", &bytes, "seconds", &item->seconds,
+                  "error_l1", &item->error_l1) != 0)
+    return false;
+  item->kind = (hetab_plan_kind)kind;
+  item->shares = (size_t)shares;
+  item->wavelengths = (size_t)wavelengths;
+  item->theta_i_count = (size_t)theta_i;
+  item->resolution = (size_t)resolution;
+  item->bytes = (size_t)bytes;
+  return kind >= HETAB_PLAN_TABLE && kind <= HETAB_PLAN_PLAIN && shares >= 0 &&
+         (size_t)shares < count;
+}
+
+static json_t *pack_item(const hetab_plan_item *item) {
+  return json_pack("{sI sI sb sb sf sf sf sI sI sI sI sf sf}", "kind", (json_int_t)item->kind,
+                   "shares", (json_int_t)item->shares, "delta", item->delta, "diffuse",
+                   item->diffuse, "delta_share", item->delta_share, "energy_left_out",
+                   item->energy_left_out, "plain_error", item->plain_error, "wavelengths",
+                   (json_int_t)item->wavelengths, "theta_i", (json_int_t)item->theta_i_count,
+                   "resolution", (json_int_t)item->resolution, "bytes", (json_int_t)item->bytes,
+                   "seconds", item->seconds, "error_l1", item->error_l1);
+}
+
+/* NULL if the file does not hold the plan of that key, whatever else it holds. */
+static hetab_plan *unpack(const json_t *json, const char *key, size_t count) {
+  const char *found;
+  json_t *items;
+  hetab_plan *plan = calloc(1, sizeof *plan);
+  bool good = plan && json_unpack((json_t *)json, "{ss so sF sF sF sF sF sF sF}", "key", &found,
+                                  "items", &items, "table_error", &plan->table_error, "asked_error",
+                                  &plan->asked_error, "memory_bytes", &plan->memory_bytes, "bytes",
+                                  &plan->bytes, "seconds", &plan->seconds, "dense_bytes",
+                                  &plan->dense_bytes, "dense_seconds", &plan->dense_seconds) == 0;
+  good = good && strcmp(found, key) == 0 && json_array_size(items) == count;
+  if (good) {
+    plan->count = count;
+    plan->items = calloc(count ? count : 1, sizeof *plan->items);
+    good = plan->items != NULL;
+  }
+  for (size_t i = 0; good && i < count; i++)
+    good = unpack_item(json_array_get(items, i), count, &plan->items[i]);
+  if (good)
+    return plan;
+  hetab_plan_free(plan);
+  return NULL;
+}
+
+static hetab_status save(hetab_context *ctx, const hetab_plan *plan, const char *key,
+                         const char *path) {
+  json_t *items = json_array();
+  for (size_t i = 0; i < plan->count; i++)
+    json_array_append_new(items, pack_item(&plan->items[i]));
+  json_t *json =
+      json_pack("{ss so sf sf sf sf sf sf sf}", "key", key, "items", items, "table_error",
+                plan->table_error, "asked_error", plan->asked_error, "memory_bytes",
+                plan->memory_bytes, "bytes", plan->bytes, "seconds", plan->seconds, "dense_bytes",
+                plan->dense_bytes, "dense_seconds", plan->dense_seconds);
+  char *text = json ? json_dumps(json, JSON_COMPACT) : NULL;
+  hetab_status status = text ? hetab_text_save(ctx, path, text, strlen(text), 1)
+                             : hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for '%s'", path);
+  free(text);
+  json_decref(json);
+  return status;
+}
+
+hetab_status hetab_plan_open(hetab_context *ctx, const hetab_scene *scene, const char *folder,
+                             hetab_plan **out) {
+  char key[HETAB_KEY], *path;
+  *out = NULL;
+  HETAB_TRY(hetab_scene_key(ctx, scene, key));
+  if (asprintf(&path, "%s/plan.json", folder) < 0)
+    return hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory");
+  json_t *json = json_load_file(path, 0, NULL);
+  *out = json ? unpack(json, key, scene->count) : NULL;
+  json_decref(json);
+  hetab_status status = HETAB_OK;
+  if (!*out) {
+    status = hetab_plan_create(ctx, scene, out);
+    if (status == HETAB_OK)
+      status = save(ctx, *out, key, path);
+  }
+  free(path);
+  if (status != HETAB_OK) {
+    hetab_plan_free(*out);
+    *out = NULL;
+  }
+  return status;
+}

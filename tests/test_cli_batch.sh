@@ -1,0 +1,207 @@
+#!/bin/bash
+# Plans and batches: what a scene needs, made once, whole, by any number of processes.
+. "$(dirname "$0")/cli_support.sh"
+
+scene() { # scene NAME LINE...
+  local name=$1
+  shift
+  printf '%s\n' "$@" >"$name"
+}
+json() { # json NAME EXPRESSION: of ./out, as d
+  check "$1" /usr/bin/python3 -c "import json; d = json.load(open('out')); assert $2"
+}
+
+# ---- plans ---------------------------------------------------------------------------------------
+scene five.yml 'surfaces: [BBQAL1, BBQAL2, GGAL120, GGAL240, NGGAL]' 'consumer: mitsuba-rgb'
+works "plan" plan five.yml
+check "a row a surface" has 'NGGAL +table +dd delta'
+check "sums" has '5 surfaces for mitsuba-rgb: 5 tables'
+works "plan in JSON" plan five.yml --json
+json "five tables within 5 MB" 'sum(s["bytes"] for s in d["surfaces"]) <= 5e6 and d["table_error"] == 0.01'
+json "saving over dense tables" 'd["dense_bytes"] == 5 * 31 * 90 * 90 * 181 * 4'
+scene kinds.yml 'surfaces:' '  - {name: mirror, sigma0_um: 0.0005, tau_um: 5, index: Al}' \
+  '  - {name: one, sigma0_um: 0.3, tau_um: 3, index: Al}' \
+  '  - {name: same, sigma0_um: 0.3, tau_um: 3.001, index: Al}' \
+  '  - {name: paint, sigma0_um: 2, tau_um: 5, index: {n: 1.5}, diffuse_reflectance: 0.5}' \
+  'consumer: pbrt' 'max_theta_i_deg: 60'
+works "kinds" plan kinds.yml --json
+json "mirror, shared, terms" \
+  '[s["what"] for s in d["surfaces"]] == ["mirror", "table", "shared", "table"]
+assert d["surfaces"][2]["table_of"] == "one"
+assert not d["surfaces"][3]["delta"] and d["surfaces"][3]["diffuse"]
+assert d["surfaces"][3]["energy_left_out"] < 0.003'
+scene nothing.yml 'surfaces: []' 'consumer: merl'
+works "nothing" plan nothing.yml
+check "nothing is said" has '^0 surfaces for merl'
+scene sweep.yml 'sweep: {index: [Al, Cu], slope: [0.1, 0.2], tau_um: {from: 2, to: 8, count: 3, spacing: log}}' \
+  'consumer: merl'
+works "sweep" plan sweep.yml --json
+json "every combination" 'len(d["surfaces"]) == 12 and d["surfaces"][1]["surface"] == "Al_s0.4_t4"
+assert all(s["bytes"] == 34992012 for s in d["surfaces"])'
+works "job file" plan five.yml --jobs-for slurm
+check "an array" has '^#SBATCH --array'
+
+# ---- budgets: the common error is the least that the budget allows ----------------------------------
+scene budget.yml 'surfaces: [BBQAL1, BBQAL2, NGGAL]' 'consumer: mitsuba-rgb' 'memory_mb: 1'
+works "budget" plan budget.yml --json
+json "met, and used" '0.9e6 < d["bytes"] <= 1e6 and d["table_error"] > 0.01'
+cp out budget.json
+# brute force: no split of the budget has a smaller worst error, as any surface takes more at less
+/usr/bin/python3 - <<'END' >less.yml
+import json
+d = json.load(open("budget.json"))
+print("surfaces: [BBQAL1, BBQAL2, NGGAL]\nconsumer: mitsuba-rgb\ntable_error: %.9g" % (d["table_error"] * 0.97))
+END
+works "less error" plan less.yml --json
+json "takes more" 'd["bytes"] > 1e6'
+scene tight.yml 'surfaces: [BBQAL1, NGGAL]' 'consumer: mitsuba-rgb' 'memory_mb: 0.01'
+refuses "impossible budget" 1 'memory_mb 0.01 is too little.*BBQAL1 \(' plan tight.yml
+
+# ---- mistakes ------------------------------------------------------------------------------------
+bad() { # bad NAME PATTERN LINE...
+  local name=$1 pattern=$2
+  shift 2
+  scene bad.yml "$@"
+  refuses "$name" 1 "$pattern" plan bad.yml
+}
+bad "unknown key" 'bad.yml:2: key colour' 'consumer: merl' 'colour: red' 'surfaces: [NGGAL]'
+bad "unknown consumer" 'bad.yml:1: key consumer.*maya' 'consumer: maya' 'surfaces: [NGGAL]'
+bad "no consumer" 'consumer' 'surfaces: [NGGAL]'
+bad "no surfaces" 'neither surfaces nor a sweep' 'consumer: merl'
+bad "unknown surface" 'bad.yml:1: key surfaces' 'surfaces: [NOSUCH]' 'consumer: merl'
+bad "missing file" 'none.yml' 'surfaces: [none.yml]' 'consumer: merl'
+bad "same name twice" 'two surfaces are named NGGAL' 'surfaces: [NGGAL, NGGAL]' 'consumer: merl'
+bad "name that is a path" 'bad.yml:1.*to name a file' \
+  'surfaces: [{name: ../x, sigma0_um: 1, tau_um: 5, index: Al}]' 'consumer: merl'
+bad "control character in a name" 'to name a file' \
+  'surfaces: [{name: "a\tb", sigma0_um: 1, tau_um: 5, index: Al}]' 'consumer: merl'
+bad "contradiction" 'slope.*besides sigma0_um' \
+  'sweep: {index: Al, slope: 0.1, sigma0_um: 1, tau_um: 5}' 'consumer: merl'
+bad "bad range" 'bad.yml:1: key tau_um' \
+  'sweep: {index: Al, slope: 0.1, tau_um: {from: 5, to: 1, count: 3}}' 'consumer: merl'
+bad "outside the index data" '400|700' \
+  'surfaces: [{name: x, sigma0_um: 1, tau_um: 5, index: Al, wavelengths_nm: 900:1000:10}]' 'consumer: merl'
+bad "error out of range" 'bad.yml:2: key table_error' 'surfaces: [NGGAL]' 'table_error: 2' 'consumer: merl'
+
+# ---- batches -------------------------------------------------------------------------------------
+scene two.yml 'surfaces: [BBQAL2, NGGAL, {name: twin, sigma0_um: 0.54, tau_um: 6.5, index: Al}]' \
+  'consumer: mitsuba-rgb'
+works_loud() { # as works, but a log on standard error
+  local name=$1
+  shift
+  if "$program" "$@" >out 2>err </dev/null; then pass; else fail "$name: $(head -c 300 err)"; fi
+}
+works "dry run" batch two.yml -o made --dry-run
+check "all are to be made" test "$(sort out | tr '\n' ' ')" = "BBQAL2 NGGAL twin "
+works_loud "batch" batch two.yml -o made --json
+json "made" 'd["made"] == 3 and d["failed"] == 0 and d["error_l1"] <= 0.01'
+check "a log" grep -q 'BBQAL2: made, 0\.[0-9]* MB, error' err
+check "twins have one table" test ! -e made/twin.bsdf -a -s made/BBQAL2.bsdf
+check "records, manifest, overview, scene" test -s made/twin.json -a -s made/manifest.json \
+  -a -s made/index.html -a -s made/scene.xml
+check "scene" grep -q 'id="twin"><string name="filename" value="BBQAL2.bsdf"' made/scene.xml
+check "pictures" grep -q 'src="data:image/png;base64,' made/index.html
+check "measured is what was asked for" /usr/bin/python3 - <<'END'
+import json
+for name in "BBQAL2", "NGGAL", "twin":
+    r = json.load(open("made/%s.json" % name))
+    assert r["fits"] and 0 < r["error_l1"] <= 0.01, r
+    assert name == "twin" or 0.5 < r["error_l1"] / r["planned"]["error_l1"] < 2, r
+r = json.load(open("made/BBQAL2.json"))
+assert r["files"][0]["bytes"] == r["planned"]["bytes"], r
+END
+cp -a made first
+works_loud "again" batch two.yml -o made --json
+json "nothing is made twice" 'd["made"] == 0 and d["kept"] == 3'
+check "nothing is touched" sh -c 'diff -r first made && test made/NGGAL.bsdf -ot out'
+sed -i 's/"key": "./"key": "x/' made/NGGAL.json
+truncate -s 100 made/BBQAL2.bsdf
+works_loud "a record edited, a table cut" batch two.yml -o made --json
+json "both are made again" 'd["made"] >= 2'
+check "as they were" cmp first/BBQAL2.bsdf made/BBQAL2.bsdf
+/usr/bin/python3 - <<'END'
+import os
+with open("made/NGGAL.bsdf", "r+b") as f:
+    at = os.stat("made/NGGAL.bsdf")
+    f.seek(50000)
+    byte = f.read(1)
+    f.seek(50000)
+    f.write(bytes([byte[0] ^ 1]))
+os.utime("made/NGGAL.bsdf", ns=(at.st_atime_ns, at.st_mtime_ns))
+END
+works_loud "unseen by size and time" batch two.yml -o made --json
+json "kept" 'd["made"] == 0'
+works_loud "seen by checksum" batch two.yml -o made --json --verify
+json "made again" 'd["made"] == 1'
+check "byte for byte" cmp first/NGGAL.bsdf made/NGGAL.bsdf
+
+# parts, and a launcher's
+for part in 1 2; do
+  works_loud "part $part" batch two.yml -o parts --shard $part/2 --quiet
+done
+check "the same files" cmp made/NGGAL.bsdf parts/NGGAL.bsdf
+check "who finishes last writes the overview" test -s parts/index.html
+refuses "bad part" 2 'give I/N' batch two.yml -o parts --shard 3/2
+OMPI_COMM_WORLD_RANK=0 OMPI_COMM_WORLD_SIZE=2 "$program" batch two.yml -o ranks -n >out 2>err
+check "a rank has its part" test "$(wc -l <out)" -lt 3 -a "$(wc -l <out)" -gt 0
+OMPI_COMM_WORLD_RANK=0 "$program" batch two.yml -o ranks -n >out 2>err
+check "half a pair is an error" test $? = 1
+check "and says so" grep -q 'OMPI_COMM_WORLD_SIZE.*--shard' err
+SLURM_PROCID=0 SLURM_NTASKS=8 "$program" batch two.yml -o ranks -n >out 2>err
+check "outside a step all is done" test "$(wc -l <out)" = 3
+SLURM_ARRAY_TASK_ID=5 SLURM_ARRAY_TASK_MIN=1 SLURM_ARRAY_TASK_STEP=2 SLURM_ARRAY_TASK_COUNT=3 \
+  "$program" batch two.yml -o ranks -n >out 2>err
+check "an array's task" test $? = 0
+SLURM_ARRAY_TASK_ID=6 SLURM_ARRAY_TASK_MIN=1 SLURM_ARRAY_TASK_STEP=2 SLURM_ARRAY_TASK_COUNT=3 \
+  "$program" batch two.yml -o ranks -n >out 2>err
+check "one that does not fit" grep -q 'use --shard' err
+
+# ---- failures ------------------------------------------------------------------------------------
+refuses "a file in the folder's place" 1 'cannot make the folder' batch two.yml -o two.yml
+refuses "no folder" 2 '-o DIR' batch two.yml
+refuses "--only of another" 2 'no such surface' batch two.yml -o made --only GGAL120
+mkdir -p blocked/NGGAL.bsdf
+"$program" batch two.yml -o blocked >out 2>err
+check "one fails" test $? = 1
+check "it is named" grep -q '^hetab: NGGAL: .*NGGAL.bsdf' err
+check "the rest goes on" test -s blocked/BBQAL2.bsdf -a ! -e blocked/index.html
+rmdir blocked/NGGAL.bsdf
+works_loud "and can be mended" batch two.yml -o blocked --json
+json "only it" 'd["made"] == 1 and d["kept"] == 2'
+
+"$program" batch two.yml -o both --quiet 2>err1 &
+works_loud "two at one folder" batch two.yml -o both --quiet
+wait $!
+check "the other" test $? = 0
+check "both made the same" sh -c 'cmp first/BBQAL2.bsdf both/BBQAL2.bsdf && cmp first/NGGAL.bsdf both/NGGAL.bsdf'
+scene merl.yml 'surfaces: [NGGAL]' 'consumer: merl'
+OCL_ICD_VENDORS=/nonexistent "$program" batch merl.yml -o nodevice >out 2>err
+check "no device: status" test $? = 1
+check "no device: one line" grep -q '^hetab: NGGAL: .*OpenCL' err
+works_loud "MERL" batch merl.yml -o merl --json
+json "bytes as planned" 'd["made"] == 1 and d["planned_bytes"] == 34992012'
+mkdir small
+if mount -t tmpfs -o size=700k none small 2>/dev/null; then
+  mounted=$work/small
+  "$program" batch two.yml -o small >out 2>err
+  check "full disk: status" test $? = 1
+  check "full disk: said" grep -q 'No space left' err
+  check "full disk: whole or absent" sh -c 'for f in small/*.bsdf; do test ! -e $f || cmp $f first/$(basename $f); done'
+  umount small && mounted=
+else
+  skip "full disk: nothing can be mounted"
+fi
+
+# killed at any moment: the next run completes, and makes nothing again that is finished
+for delay in 0.05 0.2 0.4 0.6; do
+  "$program" batch two.yml -o killed -j 2 --quiet 2>/dev/null &
+  pid=$!
+  sleep $delay
+  kill -9 $pid
+  wait $pid 2>/dev/null
+  check "no torn table" sh -c 'for f in killed/*.bsdf; do test ! -e $f || cmp $f first/$(basename $f); done'
+done
+works_loud "after kills" batch two.yml -o killed --quiet
+for f in BBQAL2.bsdf NGGAL.bsdf NGGAL.specular.csv; do check "as undisturbed: $f" cmp first/$f killed/$f; done
+check "no litter" test -z "$(find killed -name '.hetab*')"
+summary
