@@ -104,7 +104,7 @@ void hetab_lookup_albedo(const hetab_lookup *table, const float wi[3], float *va
  * /specular_reflectance of an HDF5 table; from NAME.specular.csv beside NAME.binary or NAME.bsdf,
  * in linear sRGB where the table is; 0 where there is no such file. Between the file's angles ln
  * rho_s is linear in cos^2: within 0.6 % up to 87 degrees for whole degrees (tests/test_lookup.c).
- * A MERL table made with --specular-cone holds the delta as a lobe: do not add it again. */
+ * 0 also for RGL and MERL tables that are marked as holding the delta as a lobe. */
 void hetab_lookup_specular(const hetab_lookup *table, const float wi[3], float *value);
 
 /* The same for wi[count], wo[count]: density[count], value[count][channels]. */
