@@ -48,14 +48,14 @@ static char *assert_round_trip(text_fixture *fixture, const hetab_surface *surfa
 static void test_presets(void **state) {
   static const struct {
     const char *name;
-    double sigma0_um, tau_um;
-  } table1[] = {{"BBQAL1", 0.72, 5.6},
-                {"BBQAL2", 0.54, 6.5},
-                {"GGAL120", 0.86, 5.6},
-                {"GGAL240", 0.61, 4.7},
-                {"NGGAL", 0.13, 5.4}};
+    double sigma0_um, tau_um, non_uniformity, fitted_slope, a; /* the last two of Table 2 */
+  } table1[] = {{"BBQAL1", 0.72, 5.6, 0.039, 0.144, 0.70},
+                {"BBQAL2", 0.54, 6.5, 0.068, 0.080, 0.37},
+                {"GGAL120", 0.86, 5.6, 0.045, 0.166, 0.44},
+                {"GGAL240", 0.61, 4.7, 0.041, 0.158, 0.44},
+                {"NGGAL", 0.13, 5.4, 0.053, 0.02, 0.0}};
   text_fixture *fixture = *state;
-  assert_int_equal(hetab_preset_count(), 5);
+  assert_int_equal(hetab_preset_count(), 10);
   for (size_t i = 0; i < 5; i++) {
     hetab_surface *surface;
     assert_string_equal(hetab_preset_name(i), table1[i].name);
@@ -72,6 +72,20 @@ static void test_presets(void **state) {
     assert_non_null(strstr(text, "wavelengths_nm: 400:700:10\n"));
     assert_non_null(strstr(text, "index: Al "));
     free(text);
+    double bounds[2], tau_bounds[2];
+    hetab_surface_bounds(surface, bounds, tau_bounds);
+    for (int end = 0; end < 2; end++)
+      assert_true(fabs(bounds[end] / table1[i].sigma0_um - 1 +
+                       (end ? -1 : 1) * table1[i].non_uniformity) < 1e-6);
+    hetab_surface_free(surface);
+    assert_string_equal(hetab_preset_name(i + 5),
+                        strcat(strcpy((char[16]){0}, table1[i].name), "-fit"));
+    assert_non_null(strstr(hetab_preset_description(i + 5), "diffuse_brdf"));
+    assert_int_equal(hetab_surface_open(fixture->ctx, hetab_preset_name(i + 5), &surface),
+                     HETAB_OK);
+    assert_true(fabs(hetab_surface_sigma0_um(surface) / table1[i].tau_um - table1[i].fitted_slope) <
+                1e-12);
+    assert_true(fabs(hetab_surface_bands(surface)->diffuse_brdf * M_PI - table1[i].a) < 1e-12);
     hetab_surface_free(surface);
   }
 }
