@@ -282,6 +282,10 @@ static void test_bounds(void **state) {
   assert_int_equal(
       hetab_surface_set_bounds(fixture->ctx, surface, (double[]){0.4, 0.6}, (double[]){4.5, 5}),
       HETAB_OK);
+  hetab_surface *by_slope = load(fixture, "sigma0_um: 0.5\ntau_um: 5\nindex: Al\n"
+                                          "slope_bounds: [0.09, 0.1]\n");
+  assert_bounds(by_slope, 0.09 * 5, 0.5, 0, 0);
+  hetab_surface_free(by_slope);
   char *text = assert_round_trip(fixture, surface);
   hetab_surface *again = load(fixture, text);
   assert_bounds(again, 0.4, 0.6, 4.5, 5);
@@ -414,6 +418,7 @@ static void test_bad_files(void **state) {
       {"sigma0_um: 1\nindex: Al\n", {"s.yml:1", "key tau_um", "missing"}},
       {ROUGH, {"s.yml:1", "key index", "missing", "{file: PATH}"}},
       {METAL "sigma0_bounds_um: 1\n", {"s.yml:4", "key sigma0_bounds_um", "[LOW, HIGH]"}},
+      {METAL "sigma0_bounds_um: [0.9, 2]\nslope_bounds: [0.1, 2]\n", {"s.yml:5", "keep one"}},
       {METAL "sigma0_bounds_um: [0.9]\n", {"s.yml:4", "the value, 1, between"}},
       {METAL "sigma0_bounds_um: [-1, 2]\n", {"s.yml:4", "key sigma0_bounds_um", "length"}},
       {METAL "tau_bounds_um: [3, 1]\n", {"s.yml:4", "the value, 2, between"}},
