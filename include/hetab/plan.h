@@ -55,7 +55,7 @@ typedef struct hetab_plan_item {
   int delta, diffuse;     /* terms that are needed beside dd */
   double delta_share;     /* the delta's largest part of what is reflected, up to max_theta_i */
   double energy_left_out; /* of it, what the plan leaves out */
-  double plain_error;     /* relative L1 of the renderer's Beckmann conductor at 45 degrees */
+  double plain_error;     /* of hetab_stand_in_compare(): Beckmann's, the worst to 60 degrees */
   size_t wavelengths;     /* in the table: 3 for linear sRGB */
   size_t theta_i_count, resolution; /* RGL */
   size_t bytes;                     /* of the table's file; .bsdf and MERL exactly */

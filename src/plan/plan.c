@@ -11,12 +11,12 @@
 #include <hetab/grid.h>
 #include <hetab/host_model.h>
 #include <hetab/merl.h>
+#include <hetab/stand_in.h>
 
 #include "core/angle.h"
 #include "core/context.h"
 #include "core/cpus.h"
 #include "model/model.h"
-#include "plan/plain.h"
 #include "plan/scene.h"
 #include "rgl/rgl_model.h"
 
@@ -85,6 +85,21 @@ static bool has_diffuse(const hetab_surface *surface) {
   return found;
 }
 
+/* Of the renderer's rough conductor: the worst of three wavelengths and three incidences. */
+static hetab_status plain_error(hetab_context *ctx, const hetab_surface *surface, double *worst) {
+  static const double theta_i[] = {0.0, M_PI / 6.0, M_PI / 3.0};
+  size_t last = hetab_surface_band_count(surface) - 1;
+  *worst = 0.0;
+  for (size_t b = 0; b < 3; b++) {
+    hetab_stand_in at[3];
+    double lambda_um = hetab_surface_bands(surface)[b * last / 2].lambda_um;
+    HETAB_TRY(hetab_stand_in_compare(ctx, surface, HETAB_BECKMANN, lambda_um, theta_i, 3, at));
+    for (int i = 0; i < 3; i++)
+      *worst = fmax(*worst, at[i].error);
+  }
+  return HETAB_OK;
+}
+
 static hetab_status choose_terms(hetab_context *ctx, const hetab_scene *scene,
                                  const hetab_surface *surface, hetab_plan_item *item) {
   double least;
@@ -97,7 +112,7 @@ static hetab_status choose_terms(hetab_context *ctx, const hetab_scene *scene,
     item->energy_left_out = 1.0 - least;
     return HETAB_OK;
   }
-  item->plain_error = hetab_plain_error(surface);
+  HETAB_TRY(plain_error(ctx, surface, &item->plain_error));
   if (!item->diffuse && !item->delta && item->plain_error <= scene->table_error)
     item->kind = HETAB_PLAN_PLAIN;
   return HETAB_OK;
