@@ -132,15 +132,16 @@ INLINE void gather_few(const hetab_lattice *lattice, const block *b, int lanes, 
   }
 }
 
+static const int corners[8] = {0,      1,          EDGE_D,          EDGE_D + 1,
+                               EDGE_H, EDGE_H + 1, EDGE_H + EDGE_D, EDGE_H + EDGE_D + 1};
+
 /* Eight channels of one pair. */
 INLINE void gather_wide(const uint16_t *corner, size_t stride, const float weight[8],
                         floats8 *out) {
-  static const int node[8] = {0,      1,          EDGE_D,          EDGE_D + 1,
-                              EDGE_H, EDGE_H + 1, EDGE_H + EDGE_D, EDGE_H + EDGE_D + 1};
   floats8 sum = {0};
   for (int n = 0; n < 8; n++) {
     codes8 codes;
-    memcpy(&codes, corner + (size_t)node[n] * stride, sizeof codes);
+    memcpy(&codes, corner + (size_t)corners[n] * stride, sizeof codes);
     sum += weight[n] * __builtin_convertvector(__builtin_convertvector(codes, ints8), floats8);
   }
   *out = sum;
@@ -161,17 +162,22 @@ INLINE void eval_few(const hetab_lattice *lattice, const block *b, int lanes, si
       value[l * channels + c] = b->above[l] * all.each[4 * l + c];
 }
 
-/* All channels of one pair. With `room` for a whole vector more they may end in rubbish. */
-INLINE void eval_row(const hetab_lattice *lattice, const block *b, int l, int room, float *value) {
-  size_t channels = lattice->channels, stride = lattice->stride;
-  const uint16_t *corner = lattice->codes + (size_t)b->node[l] * stride;
-  float weight[8], edge[4];
-  floats8 wide;
+INLINE void corner_weights(const block *b, int l, float weight[8]) {
+  float edge[4];
   edge_weights(b, l, edge);
   for (int e = 0; e < 4; e++) {
     weight[2 * e] = edge[e] * (1 - b->q[l]);
     weight[2 * e + 1] = edge[e] * b->q[l];
   }
+}
+
+/* All channels of one pair. With `room` for a whole vector more they may end in rubbish. */
+INLINE void eval_row(const hetab_lattice *lattice, const block *b, int l, int room, float *value) {
+  size_t channels = lattice->channels, stride = lattice->stride;
+  const uint16_t *corner = lattice->codes + (size_t)b->node[l] * stride;
+  float weight[8];
+  floats8 wide;
+  corner_weights(b, l, weight);
   for (size_t first = 0; first < channels; first += WIDE) {
     gather_wide(corner + first, stride, weight, &wide);
     decode(lattice, &wide);
@@ -181,6 +187,32 @@ INLINE void eval_row(const hetab_lattice *lattice, const block *b, int l, int ro
     else
       memcpy(value + first, &wide, (channels - first) * sizeof(float));
   }
+}
+
+enum { LOW_SHIFT = __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__ ? 0 : 16 };
+
+/* One pair's channels at up to `most` places: two neighbours in one load. */
+INLINE void eval_places(const hetab_lattice *lattice, const block *b, int l, int most,
+                        const hetab_band_places *places, float *value) {
+  const uint16_t *corner = lattice->codes + (size_t)b->node[l] * lattice->stride;
+  float weight[8];
+  floats8 low = {0}, high = {0}, fraction;
+  corner_weights(b, l, weight);
+  for (int n = 0; n < 8; n++) {
+    const uint16_t *codes = corner + (size_t)corners[n] * lattice->stride;
+    uint32_t both[HETAB_BANDS_AT_ONCE] = {0};
+    ints8 pair;
+    for (int j = 0; j < most; j++)
+      memcpy(&both[j], codes + places->first[j], sizeof *both);
+    memcpy(&pair, both, sizeof pair);
+    low += weight[n] * __builtin_convertvector((pair >> LOW_SHIFT) & 0xffff, floats8);
+    high += weight[n] * __builtin_convertvector((pair >> (16 - LOW_SHIFT)) & 0xffff, floats8);
+  }
+  memcpy(&fraction, places->fraction, sizeof fraction);
+  low += fraction * (high - low);
+  decode(lattice, &low);
+  low *= b->above[l];
+  memcpy(value, &low, places->count * sizeof *value);
 }
 
 /* The next row overwrites what is too much of a row. */
@@ -212,14 +244,29 @@ INLINE void load(size_t count, int lanes, const float (*wi)[3], const float (*wo
   }
 }
 
+/* What is evaluated: all channels, or places. */
+typedef struct wanted {
+  const hetab_band_places *places;
+  size_t width; /* of a row of values */
+  float *value;
+} wanted;
+
 INLINE void eval_block(const hetab_lattice *lattice, size_t count, int lanes, const float (*wi)[3],
-                       const float (*wo)[3], float *value) {
+                       const float (*wo)[3], const wanted *to, size_t first) {
+  float *value = to->value + first * to->width;
   pairs p;
   block b;
   load(count, lanes, wi, wo, &p);
   locate(&p, lanes, &b);
   if (lanes > 1)
     prefetch(lattice, &b, lanes);
+  for (size_t l = 0; l < count && to->places; l++) {
+    const hetab_band_places *at = to->places + first + l;
+    eval_places(lattice, &b, (int)l, at->count > 4 ? HETAB_BANDS_AT_ONCE : 4, at,
+                value + l * to->width);
+  }
+  if (to->places)
+    return;
   if (lattice->stride == 4)
     eval_few(lattice, &b, lanes, count, value);
   else
@@ -227,35 +274,46 @@ INLINE void eval_block(const hetab_lattice *lattice, size_t count, int lanes, co
 }
 
 INLINE void eval_all(const hetab_lattice *lattice, size_t count, const float (*wi)[3],
-                     const float (*wo)[3], float *value) {
+                     const float (*wo)[3], const wanted *to) {
   if (count == 1) {
-    eval_block(lattice, 1, 1, wi, wo, value);
+    eval_block(lattice, 1, 1, wi, wo, to, 0);
     return;
   }
   for (size_t first = 0; first < count; first += BLOCK) {
     size_t left = count - first < BLOCK ? count - first : BLOCK;
-    eval_block(lattice, left, BLOCK, wi + first, wo + first, value + first * lattice->channels);
+    eval_block(lattice, left, BLOCK, wi + first, wo + first, to, first);
   }
 }
 
 #if defined(__x86_64__)
-__attribute__((target("arch=x86-64-v3"))) static void eval_avx2(const hetab_lattice *lattice,
-                                                                size_t count, const float (*wi)[3],
-                                                                const float (*wo)[3],
-                                                                float *value) {
-  eval_all(lattice, count, wi, wo, value);
+__attribute__((target("arch=x86-64-v3"))) static void
+eval_avx2(const hetab_lattice *lattice, size_t count, const float (*wi)[3], const float (*wo)[3],
+          const wanted *to) {
+  eval_all(lattice, count, wi, wo, to);
 }
 #endif
 
 /* 31 channels gain 1.6 times from AVX2, three a little; neither gains more from AVX-512. */
-void hetab_lattice_eval(const hetab_lattice *lattice, size_t count, const float (*wi)[3],
-                        const float (*wo)[3], float *value) {
+static void eval(const hetab_lattice *lattice, size_t count, const float *wi, const float *wo,
+                 const wanted *to) {
+  const float(*i)[3] = (const float(*)[3])wi, (*o)[3] = (const float(*)[3])wo;
 #if defined(__x86_64__)
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
       __builtin_cpu_supports("bmi2")) {
-    eval_avx2(lattice, count, wi, wo, value);
+    eval_avx2(lattice, count, i, o, to);
     return;
   }
 #endif
-  eval_all(lattice, count, wi, wo, value);
+  eval_all(lattice, count, i, o, to);
+}
+
+void hetab_lattice_eval(const hetab_lattice *lattice, size_t count, const float *wi,
+                        const float *wo, float *value) {
+  eval(lattice, count, wi, wo, &(wanted){NULL, lattice->channels, value});
+}
+
+void hetab_lattice_eval_places(const hetab_lattice *lattice, size_t count, const float *wi,
+                               const float *wo, const hetab_band_places *places, size_t width,
+                               float *value) {
+  eval(lattice, count, wi, wo, &(wanted){places, width, value});
 }
