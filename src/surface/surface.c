@@ -183,8 +183,10 @@ static hetab_status fill_preset(hetab_context *ctx, const hetab_preset *preset,
                                 hetab_surface *surface) {
   surface->sigma0_um = preset->sigma0_um;
   surface->tau_um = preset->tau_um;
-  surface->diffuse_is_brdf = preset->diffuse_brdf > 0;
-  surface->diffuse[0] = preset->diffuse_brdf;
+  surface->diffuse[0] = preset->diffuse_reflectance;
+  for (int i = 0; i < 2 && preset->non_uniformity > 0; i++)
+    surface->sigma0_bounds_um[i] =
+        round(1e6 * preset->sigma0_um * (1 + (2 * i - 1) * preset->non_uniformity)) / 1e6;
   HETAB_TRY(hetab_index_metal(ctx, preset->metal, &surface->index));
   double *lambda_um;
   size_t count;
