@@ -4,7 +4,8 @@
  *
  * Directions are unit vectors away from the surface, in a frame whose z axis is the normal:
  * theta = acos(z), phi = azimuth(wo) - azimuth(wi). Values are BRDFs in 1/sr, without a cosine, one
- * for each channel of the table: dd + ud. The specular delta is apart: hetab_lookup_specular().
+ * for each channel of the table, or at wavelengths of the caller's: dd + ud. The specular delta is
+ * no value: hetab_lookup_sample() draws it, hetab_lookup_albedo() tells its weight.
  *
  * Thread safety: once open, a table is read-only: every function that takes a const hetab_lookup *
  * may be called from any number of threads at once (`make tsan`). None of them allocates or can

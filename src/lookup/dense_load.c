@@ -22,7 +22,7 @@ typedef struct loading {
   hetab_h5_table *table;
   const char *path;
   hetab_dense_source *dense;
-  size_t plane, step; /* nodes of a theta_i; theta_i that are read together */
+  size_t plane, step;              /* nodes of a theta_i; theta_i that are read together */
   float *rows[HETAB_MOST_WORKERS]; /* [channel][step][plane] */
   pthread_mutex_t mutex;           /* of HDF5 and the context */
   hetab_status status;
@@ -207,9 +207,8 @@ static hetab_status read_all(hetab_context *ctx, loading *l) {
  * there is left out, and the others go on to it. */
 static size_t inner_count(const hetab_dense_source *d, hetab_axis axis) {
   size_t count = d->count[axis];
-  return axis != HETAB_PHI && count > 1 && d->nodes[axis][count - 1] > 0.999999 * M_PI_2
-             ? count - 1
-             : count;
+  return axis != HETAB_PHI && count > 1 && d->nodes[axis][count - 1] > 0.999999 * M_PI_2 ? count - 1
+                                                                                         : count;
 }
 
 static hetab_status copy_axes(hetab_context *ctx, const hetab_grid *grid,

@@ -126,8 +126,7 @@ INLINE void add_codes(const sum *s, size_t from, size_t count, float *out) {
     for (int n = 0; n < s->count; n++) {
       codes8 codes;
       memcpy(&codes, s->row[n] + from + first, sizeof codes);
-      sum += s->weight[n] *
-             __builtin_convertvector(__builtin_convertvector(codes, ints8), floats8);
+      sum += s->weight[n] * __builtin_convertvector(__builtin_convertvector(codes, ints8), floats8);
     }
     memcpy(out + first, &sum, sizeof sum);
   }

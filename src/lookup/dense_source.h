@@ -9,13 +9,13 @@
 #include "lookup/stencil.h"
 
 typedef struct hetab_dense_source {
-  size_t channels, stride; /* numbers of a node, and room for them */
+  size_t channels, stride;         /* numbers of a node, and room for them */
   size_t count[HETAB_AXIS_COUNT];  /* of nodes */
   double *nodes[HETAB_AXIS_COUNT]; /* radians */
-  float *values;    /* [theta_i][theta_r][phi][stride]: BRDF; NULL: codes */
-  uint16_t *codes;  /* likewise: log2 = row_low[theta_i] + step * code */
-  double *row_low;  /* [theta_i] */
-  float step, low, high; /* of the logarithms in all */
+  float *values;                   /* [theta_i][theta_r][phi][stride]: BRDF; NULL: codes */
+  uint16_t *codes;                 /* likewise: log2 = row_low[theta_i] + step * code */
+  double *row_low;                 /* [theta_i] */
+  float step, low, high;           /* of the logarithms in all */
   hetab_stencil_axis axes[HETAB_AXIS_COUNT];
 } hetab_dense_source;
 

@@ -86,8 +86,8 @@ static void make_points(making *m) {
 }
 
 /* A ring's directions for wi in the plane y = 0, and cos(theta_o) dwo: what a value counts. */
-static void put_block(const making *m, int ring, const float wi[3], float (*wis)[3],
-                      float (*wo)[3], float *weight) {
+static void put_block(const making *m, int ring, const float wi[3], float (*wis)[3], float (*wo)[3],
+                      float *weight) {
   for (int p = 0; p < BLOCK; p++) {
     int r = ring * FINE + p / COLUMNS, c = p % COLUMNS;
     float h[3] = {m->side[r] * m->cosine[c], m->side[r] * m->sine[c], m->up[r]};
@@ -192,8 +192,8 @@ static void fill_albedo(void *user, size_t node, int worker) {
 static hetab_status make(hetab_context *ctx, making *m, hetab_piece_fn fill) {
   size_t channels = m->sampler->channels;
   m->sampler->albedo = hetab_alloc(ctx, NODES * channels, sizeof(float));
-  m->scratch = hetab_alloc(ctx, (size_t)hetab_worker_count() * scratch_size(channels),
-                           sizeof *m->scratch);
+  m->scratch =
+      hetab_alloc(ctx, (size_t)hetab_worker_count() * scratch_size(channels), sizeof *m->scratch);
   hetab_status status = HETAB_ERR_MEMORY;
   if (m->sampler->albedo && m->scratch)
     status = hetab_each(ctx, NODES, fill, m);
@@ -277,8 +277,7 @@ float hetab_sampler_draw(const hetab_half_sampler *sampler, const float wi[3], f
   if (*lobe == HETAB_LOOKUP_DIFFUSE)
     draw_cosine(u[0], u[1], wo);
   else
-    draw_half(&sampler->incidences[at.node + (size_t)choose(&uc, at.fraction)], wi, u[0], u[1],
-              wo);
+    draw_half(&sampler->incidences[at.node + (size_t)choose(&uc, at.fraction)], wi, u[0], u[1], wo);
   return hetab_sampler_pdf(sampler, wi, wo);
 }
 

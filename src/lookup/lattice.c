@@ -85,8 +85,7 @@ hetab_status hetab_lattice_create(hetab_context *ctx, size_t channels, hetab_lat
   filling f = {.source = source, .user = user, .lattice = lattice};
   f.logs = hetab_alloc(ctx, HETAB_LATTICE_NODES, stride * sizeof *f.logs);
   lattice->codes = hetab_alloc(ctx, HETAB_LATTICE_NODES, stride * sizeof *lattice->codes);
-  hetab_status status =
-      f.logs && lattice->codes ? fill_and_encode(ctx, &f) : HETAB_ERR_MEMORY;
+  hetab_status status = f.logs && lattice->codes ? fill_and_encode(ctx, &f) : HETAB_ERR_MEMORY;
   free(f.logs);
   return status;
 }

@@ -116,12 +116,15 @@ static float pdf_of(const hetab_lookup *table, const float wi[3], const float wo
 void hetab_lookup_eval(const hetab_lookup *table, const hetab_lookup_query *query, size_t count,
                        const float *wi, const float *wo, float *value, float *pdf) {
   size_t width = width_of(table, query);
-  for (size_t first = 0; first < count; first += BLOCK) {
+  if (table->lattice.codes && value && !asked_of(query)) { /* the most common call, at once */
+    hetab_lattice_eval(&table->lattice, count, wi, wo, value);
+    value = NULL;
+  }
+  for (size_t first = 0; first < count && (value || pdf); first += BLOCK) {
     size_t block = count - first < BLOCK ? count - first : BLOCK;
     const float *i = wi + 3 * first, *o = wo + 3 * first;
     if (value)
-      eval_block(table, query, first, block, i, o, value + first * width,
-                 pdf ? pdf + first : NULL);
+      eval_block(table, query, first, block, i, o, value + first * width, pdf ? pdf + first : NULL);
     for (size_t k = 0; k < block && pdf; k++) {
       if (!value || !table->rgl)
         pdf[first + k] = pdf_of(table, i + 3 * k, o + 3 * k);
@@ -244,10 +247,9 @@ hetab_status hetab_lookup_open(hetab_context *ctx, const char *path, hetab_looku
     return HETAB_ERR_MEMORY;
   hetab_status status = open_file(ctx, path, rule, table);
   if (status == HETAB_OK)
-    status = table->rgl ? hetab_sampler_create_albedo(ctx, table->channels, weigh, table,
-                                                      &table->sampler)
-                        : hetab_sampler_create(ctx, table->channels, eval_table, table,
-                                               &table->sampler);
+    status = table->rgl
+                 ? hetab_sampler_create_albedo(ctx, table->channels, weigh, table, &table->sampler)
+                 : hetab_sampler_create(ctx, table->channels, eval_table, table, &table->sampler);
   if (status == HETAB_OK)
     status = share_samples(ctx, table);
   if (status == HETAB_OK)
@@ -294,8 +296,8 @@ static void draw(const hetab_lookup *table, const float wi[3], float uc, const f
   }
 }
 
-static void draw_lobe(const hetab_lookup *table, const hetab_lookup_query *query,
-                      const float wi[3], float uc, const float u[2], hetab_lookup_drawn *drawn) {
+static void draw_lobe(const hetab_lookup *table, const hetab_lookup_query *query, const float wi[3],
+                      float uc, const float u[2], hetab_lookup_drawn *drawn) {
   float share = delta_share(table, query, wi[2]);
   *drawn = (hetab_lookup_drawn){.lobe = HETAB_LOOKUP_NONE};
   if (uc < share) {

@@ -101,8 +101,8 @@ static void report(hetab_context *ctx, const char *format, const char *path, con
   printf("%s,%s,%zu,%s,%.3g,%.4g,%.4g,%.4g,%.4g,%.4g", hetab_surface_name(m->surface), format,
          hetab_lookup_channel_count(table), rule, start, per_second(evaluate_batch, table, l),
          per_second(evaluate_single, table, l), per_second(sample_batch, table, l),
-         spectral ? per_second(evaluate_paths, table, l) : NAN,
-         spectral ? per_second(sample_paths, table, l) : NAN);
+         spectral ? per_second(evaluate_paths, table, l) : (double)NAN,
+         spectral ? per_second(sample_paths, table, l) : (double)NAN);
   for (size_t t = 0; t < sizeof degrees / sizeof *degrees; t++)
     printf(",%.2e", error_at(look_up_table, table, m, degrees[t] * M_PI / 180, PAIRS, &random).l1);
   printf("\n");
@@ -165,7 +165,8 @@ int main(int argc, char **argv) {
     fail(ctx);
   load *l = new_load();
   printf("surface,format,channels,rule,open_s,evaluations_per_s,single_evaluations_per_s,"
-         "samples_per_s,evaluations_at_4_per_s,samples_at_4_per_s,l1_0deg,l1_30deg,l1_60deg,l1_75deg,l1_85deg\n");
+         "samples_per_s,evaluations_at_4_per_s,samples_at_4_per_s,l1_0deg,l1_30deg,l1_60deg,l1_"
+         "75deg,l1_85deg\n");
   for (int i = 2; i < argc; i++)
     measure(ctx, engine, argv[1], argv[i], i == 2, l);
   free(l);
