@@ -39,6 +39,9 @@ hetab_status hetab_surface_preset(hetab_context *ctx, const char *name, hetab_su
 hetab_status hetab_surface_create(hetab_context *ctx, double sigma0_um, double tau_um, double n,
                                   double k, const double *lambda_um, size_t count,
                                   hetab_surface **out);
+/* One of its own, to change. */
+hetab_status hetab_surface_copy(hetab_context *ctx, const hetab_surface *surface,
+                                hetab_surface **out);
 void hetab_surface_free(hetab_surface *surface);
 
 /* Replace the wavelengths (um, ascending, > 0), sampling the index anew. A diffuse part given per
