@@ -5,11 +5,12 @@
  *
  *   surfaces: [BBQAL1, mine.yml, {name: gold, sigma0_um: 0.4, tau_um: 2.5, index: Au}]
  *   sweep: {index: [Al, Cu], sigma0_um: {from: 0.05, to: 1, count: 20, spacing: log},
- *           tau_um: [2, 5, 10]}    # or slope in place of sigma0_um; diffuse_reflectance: a list
- * too consumer: mitsuba-rgb          # mitsuba-spectral, pbrt, merl, hdf5, exr, lookup table_error:
- * 0.01              # relative L1 as the renderer sees it energy_error: 0.003            # of what
- * is left out: the delta, of all that is reflected max_theta_i_deg: 90            # incidences that
- * occur memory_mb: 20                  # optional: 10^6 bytes, all tables together
+ *           tau_um: [2, 5, 10]} # or slope in place of sigma0_um; diffuse_reflectance: a list
+ *   consumer: mitsuba-rgb    # mitsuba-spectral, pbrt, merl, hdf5, exr, lookup
+ *   table_error: 0.01        # relative L1 as the renderer sees it
+ *   energy_error: 0.003      # of what is left out: the delta, of all that is reflected
+ *   max_theta_i_deg: 90      # incidences that occur
+ *   memory_mb: 20            # optional: 10^6 bytes, all tables together
  */
 #ifndef HETAB_PLAN_H
 #define HETAB_PLAN_H
@@ -33,6 +34,7 @@ typedef enum hetab_consumer {
 
 const char *hetab_consumer_name(hetab_consumer consumer); /* "mitsuba-rgb" */
 
+/* Threads: once loaded, it does not change and may be shared. */
 typedef struct hetab_scene hetab_scene;
 
 hetab_status hetab_scene_load(hetab_context *ctx, const char *path, hetab_scene **out);

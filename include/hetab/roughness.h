@@ -15,6 +15,7 @@ extern "C" {
 
 /* ---- heights ------------------------------------------------------------------------------- */
 
+/* Threads: once made, they do not change and may be shared. */
 typedef struct hetab_heights hetab_heights;
 
 typedef enum hetab_heights_kind {
@@ -77,7 +78,7 @@ typedef enum hetab_level {
 
 /* Zeroed: level by fit, no separation of scales, outliers by the default. */
 typedef struct hetab_roughness_options {
-  size_t size; /* of the struct; 0: of this header\'s */
+  size_t size; /* of the struct; 0: of this header's */
   /* Of the ISO 16610-21 Gaussian filter: 50 % transmission at this wavelength, um; 0: no filter;
    * HETAB_CUTOFF_AUTO: the cut-off with the largest small-scale slope. */
   double cutoff_um;
