@@ -28,7 +28,7 @@ works "kinds" plan kinds.yml --json
 json "mirror, shared, terms" \
   '[s["what"] for s in d["surfaces"]] == ["mirror", "table", "shared", "table"]
 assert d["surfaces"][2]["table_of"] == "one"
-assert not d["surfaces"][3]["delta"] and d["surfaces"][3]["diffuse"]
+assert d["surfaces"][3]["delta"] == "left out" and d["surfaces"][3]["diffuse"]
 assert d["surfaces"][3]["energy_left_out"] < 0.003'
 scene nothing.yml 'surfaces: []' 'consumer: merl'
 works "nothing" plan nothing.yml
@@ -95,11 +95,12 @@ works "dry run" batch two.yml -o made --dry-run
 check "all are to be made" test "$(sort out | tr '\n' ' ')" = "BBQAL2 NGGAL twin "
 works_loud "batch" batch two.yml -o made --json
 json "made" 'd["made"] == 3 and d["failed"] == 0 and d["error_l1"] <= 0.01'
-check "a log" grep -q 'BBQAL2: made, 0\.[0-9]* MB, error' err
+check "a log" grep -q 'BBQAL2: made, 0\.[0-9]* MB (0\.[0-9]* expected), error' err
 check "twins have one table" test ! -e made/twin.bsdf -a -s made/BBQAL2.bsdf
 check "records, manifest, overview, scene" test -s made/twin.json -a -s made/manifest.json \
   -a -s made/index.html -a -s made/scene.xml
-check "scene" grep -q 'id="twin"><string name="filename" value="BBQAL2.bsdf"' made/scene.xml
+check "scene" grep -q '"he_torrance" id="twin"><string name="filename" value="BBQAL2.bsdf"' made/scene.xml
+check "the material of the delta" sh -c '/usr/bin/python3 -m py_compile made/scene.py made/he_torrance.py && rm -r made/__pycache__'
 check "pictures" grep -q 'src="data:image/png;base64,' made/index.html
 check "measured is what was asked for" /usr/bin/python3 - <<'END'
 import json
@@ -135,6 +136,21 @@ works_loud "seen by checksum" batch two.yml -o made --json --verify
 json "made again" 'd["made"] == 1'
 check "byte for byte" cmp first/NGGAL.bsdf made/NGGAL.bsdf
 
+# spectra: a few wavelengths, the delta folded for pbrt, and the error with all of that
+scene spectra.yml 'surfaces: [BBQAL1, NGGAL, {name: mirror, sigma0_um: 0.0005, tau_um: 5, index: Cu}]' \
+  'consumer: mitsuba-spectral' 'output: spectra'
+works "spectra, planned" plan spectra.yml --json
+json "few wavelengths" 'all(3 <= s["wavelengths"] <= 11 for s in d["surfaces"][:2]) and d["surfaces"][2]["what"] == "mirror"
+assert all(0 < s["wavelength_error"] <= 0.0025 for s in d["surfaces"][:2])'
+works_loud "spectra" batch spectra.yml --quiet
+check "error of all wavelengths" /usr/bin/python3 "$scripts/../tests/batch_errors.py" "$(dirname "$program")" spectra 0.01 BBQAL1 NGGAL
+check "a mirror's colour" grep -q '"conductor" id="mirror"><spectrum name="eta" value="400:[0-9.]*, 410:' spectra/scene.xml
+sed 's/mitsuba-spectral/pbrt/' spectra.yml >pbrt.yml
+works_loud "pbrt" batch pbrt.yml -o pbrt --quiet
+check "the delta is in the tables" sh -c 'test ! -e pbrt/NGGAL.specular.csv && grep -qa specular_cone_deg pbrt/NGGAL.bsdf'
+check "spectra" grep -qa wavelengths pbrt/NGGAL.bsdf
+check "materials" grep -q 'MakeNamedMaterial "NGGAL" "string type" "measured" "string filename" "NGGAL.bsdf"' pbrt/scene.pbrt
+
 # parts, and a launcher's
 for part in 1 2; do
   works_loud "part $part" batch two.yml -o parts --shard $part/2 --quiet
@@ -159,6 +175,14 @@ check "one that does not fit" grep -q 'use --shard' err
 # ---- failures ------------------------------------------------------------------------------------
 refuses "a file in the folder's place" 1 'cannot make the folder' batch two.yml -o two.yml
 refuses "no folder" 2 '-o DIR' batch two.yml
+for consumer in hdf5 exr; do
+  scene small.yml 'surfaces: [NGGAL]' "consumer: $consumer" 'max_theta_i_deg: 10' 'max_theta_r_deg: 15'
+  works_loud "$consumer" batch small.yml -o "small-$consumer" --json
+  json "$consumer: what occurs" 'd["made"] == 1 and d["planned_bytes"] == 4 * 10 * 15 * 181 * (31 if "'$consumer'" == "hdf5" else 3)'
+done
+check "no more than that" test "$(stat -c %s small-hdf5/NGGAL.h5)" -lt 4000000
+scene fixed.yml 'surfaces: [NGGAL]' 'consumer: merl' 'memory_mb: 20'
+refuses "a size that no error changes" 1 'one size.*34.99 MB.*NGGAL' plan fixed.yml
 refuses "--only of another" 2 'no such surface' batch two.yml -o made --only GGAL120
 mkdir -p blocked/NGGAL.bsdf
 "$program" batch two.yml -o blocked >out 2>err
@@ -179,7 +203,7 @@ OCL_ICD_VENDORS=/nonexistent "$program" batch merl.yml -o nodevice >out 2>err
 check "no device: status" test $? = 1
 check "no device: one line" grep -q '^hetab: NGGAL: .*OpenCL' err
 works_loud "MERL" batch merl.yml -o merl --json
-json "bytes as planned" 'd["made"] == 1 and d["planned_bytes"] == 34992012'
+json "bytes as planned" 'd["made"] == 1 and d["table_bytes"] == d["planned_bytes"] == d["bytes"] == 34992012'
 mkdir small
 if mount -t tmpfs -o size=700k none small 2>/dev/null; then
   mounted=$work/small

@@ -795,19 +795,30 @@ static void test_published(void **state) {
   text_fixture *f = *state;
   hetab_published *p;
   const char *path = write_text_file(f, "rows.csv",
-                                     "scan,sigma_um,tau_um\n1,1.2,10\n2,1.3,12\n3,1.7,14\n"
-                                     "average,1.40,12\ndeviation,0.26,2.1\nnon-uniformity,0.19,\n");
-  assert_ok(f->ctx, hetab_published_load(f->ctx, path, &p));
-  assert_int_equal(p->rows, 3);
-  assert_int_equal(p->count, 2);
-  const hetab_published_column *sigma = &p->columns[0], *tau = &p->columns[1];
-  assert_string_equal(sigma->name, "sigma_um");
-  assert_true(relative_error(sigma->average, 1.4) < 1e-14);
-  assert_true(relative_error(sigma->deviation, sqrt(0.07)) < 1e-14);
-  assert_true(relative_error(sigma->non_uniformity, sqrt(0.07) / 1.4) < 1e-14);
-  assert_true(sigma->agrees[0] && sigma->agrees[1] && sigma->agrees[2]);
-  assert_true(tau->agrees[0] && !tau->agrees[1]); /* 2, where the table says 2.1 */
-  assert_true(isnan(tau->stated[2]) && sigma->decimals == 1);
+                                     "scan,sigma_um,tau_um,slope\n1,1.2,10,0.12\n2,1.3,12,0.11\n"
+                                     "3,1.7,14,0.14\naverage,1.40,12,0.12\n"
+                                     "deviation,0.26,2.1,\nnon-uniformity,0.19,,\n");
+  assert_ok(f->ctx, hetab_published_load(f->ctx, &path, 1, &p));
+  const hetab_published_table *t = p->tables;
+  assert_int_equal(t->rows, 3);
+  assert_int_equal(t->count, 3);
+  assert_string_equal(t->columns[0].name, "sigma_um");
+  assert_true(relative_error(hetab_published_summary(t, 0, HETAB_AVERAGE), 1.4) < 1e-14);
+  assert_true(relative_error(hetab_published_summary(t, 0, HETAB_DEVIATION), sqrt(0.07)) < 1e-14);
+  assert_true(relative_error(hetab_published_summary(t, 0, HETAB_NON_UNIFORMITY),
+                             sqrt(0.07) / 1.4) < 1e-14);
+  assert_true(isnan(t->columns[1].stated[HETAB_NON_UNIFORMITY]) && t->columns[0].decimals == 1);
+  assert_int_equal(p->check_count, 6 + 3);
+  static const hetab_match expected[] = {
+      HETAB_MATCH_EXACT, HETAB_MATCH_EXACT,    HETAB_MATCH_EXACT, /* sigma */
+      HETAB_MATCH_EXACT, HETAB_MATCH_ROUNDING, /* 10, 12, 14 deviate by 2, but 9.5, 12, 14.5 by 2.5
+                                                */
+      HETAB_MATCH_EXACT,                       /* the slopes' average, 0.1233 */
+      HETAB_MATCH_EXACT, HETAB_MATCH_EXACT,    /* slopes: 0.12, 0.1083 */
+      HETAB_MATCH_NONE                         /* 1.75 / 13.5 is 0.1296, 0.14 is stated */
+  };
+  for (size_t i = 0; i < p->check_count; i++)
+    assert_int_equal(p->checks[i].verdict, expected[i]);
   hetab_published_free(p);
   static const char *const bad[] = {"",
                                     "scan\n1\n2\n",
@@ -817,7 +828,7 @@ static void test_published(void **state) {
                                     "scan,a,b\n1,2\n2,3\n"};
   for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
     path = write_text_file(f, "rows.csv", bad[i]);
-    assert_int_equal(hetab_published_load(f->ctx, path, &p), HETAB_ERR_PARSE);
+    assert_int_equal(hetab_published_load(f->ctx, &path, 1, &p), HETAB_ERR_PARSE);
     assert_null(p);
   }
 }

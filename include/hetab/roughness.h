@@ -211,26 +211,57 @@ hetab_status hetab_mean_line(hetab_context *ctx, const double *z_um, size_t coun
 
 /* ---- published rows ------------------------------------------------------------------------ */
 
-/* A column of a published table of scans: its summary, to check a published one. */
+enum { HETAB_AVERAGE, HETAB_DEVIATION, HETAB_NON_UNIFORMITY, HETAB_SUMMARIES };
+const char *hetab_summary_name(int kind); /* "average" */
+
 typedef struct hetab_published_column {
-  const char *name;
-  int decimals;                              /* of the rows */
-  double average, deviation, non_uniformity; /* deviation: divisor n - 1 */
-  /* What the table itself says, NaN where it does not, and whether it is what comes out at the
-   * digits that it gives. */
-  double stated[3];
-  int stated_decimals[3];
-  int agrees[3];
+  char *name;
+  int decimals;                   /* of the rows */
+  double *values;                 /* [rows] */
+  double stated[HETAB_SUMMARIES]; /* what the table itself says of them; NaN: nothing */
+  int stated_decimals[HETAB_SUMMARIES];
 } hetab_published_column;
 
-typedef struct hetab_published {
+typedef struct hetab_published_table {
+  char *name; /* the file */
   size_t rows, count;
+  char **row_names;                /* [rows] */
   hetab_published_column *columns; /* [count] */
+} hetab_published_table;
+
+typedef enum hetab_match {
+  HETAB_MATCH_EXACT,    /* to the digit that is printed */
+  HETAB_MATCH_ROUNDING, /* of rows that round to the printed ones */
+  HETAB_MATCH_OWN_ROW,  /* not from the other table, but from its own row's sigma and tau */
+  HETAB_MATCH_NONE      /* an error of the print */
+} hetab_match;
+const char *hetab_match_name(hetab_match verdict); /* "agrees" */
+
+/* A printed number and what it has to be. */
+typedef struct hetab_published_check {
+  size_t table, against;    /* where it stands, and whose rows it is checked against */
+  const char *row, *column; /* "average", or a row's name */
+  double stated;
+  int decimals;
+  double value, low, high; /* from the rows as printed, and from rows that round to them */
+  hetab_match verdict;
+} hetab_published_check;
+
+typedef struct hetab_published {
+  hetab_published_table *tables; /* [count] */
+  size_t count;
+  hetab_published_check *checks; /* [check_count] */
+  size_t check_count;
 } hetab_published;
 
 /* CSV: a header, whose first column names the scans; rows named average, deviation and
- * non-uniformity hold what the table states. */
-hetab_status hetab_published_load(hetab_context *ctx, const char *path, hetab_published **out);
+ * non-uniformity hold what the table states. Checked are these; slope = sigma / tau in every row of
+ * a table with such columns; and, of several tables, the row of one that shares at least two of
+ * another's averages. */
+hetab_status hetab_published_load(hetab_context *ctx, const char *const *paths, size_t count,
+                                  hetab_published **out);
+/* HETAB_AVERAGE ... of a column's rows as printed; deviation: divisor n - 1. */
+double hetab_published_summary(const hetab_published_table *table, size_t column, int kind);
 void hetab_published_free(hetab_published *published); /* NULL is fine */
 
 #ifdef __cplusplus

@@ -84,9 +84,7 @@ typedef struct hetab_error_stats {
 /* The share of all entries above 1e-9 / sr that may exceed max_rel, at 95 %: 3 / compared (a share
  * p would have missed the sample with a probability of e^-(p compared)); 1: nothing was compared.
  */
-static inline double hetab_error_share_above(const hetab_error_stats *error) {
-  return error->compared > 3 ? 3.0 / (double)error->compared : 1.0;
-}
+double hetab_error_share_above(const hetab_error_stats *error);
 
 typedef struct hetab_report {
   double entries;          /* spectral entries evaluated */

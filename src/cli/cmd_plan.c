@@ -65,7 +65,9 @@ const cli_command cli_plan = {
         "count: N, spacing: log}, or slope; tau_um, diffuse_reflectance likewise}; consumer, "
         "mitsuba-rgb, mitsuba-spectral, pbrt, merl, hdf5, exr or lookup; table_error, relative L1 "
         "(0.01); energy_error, what may be left out of all that is reflected (0.003); "
-        "max_theta_i_deg (90); memory_mb, 10^6 bytes of all tables together (none).\n\n"
+        "max_theta_i_deg and max_theta_r_deg, what occurs (90); specular_cone_deg, the width of a "
+        "lobe that the delta becomes in the table (4 for pbrt and merl, else 0: never); memory_mb, "
+        "10^6 bytes of all tables together (none); output, the batch's folder.\n\n"
         "A surface is what: a table; shared, the table of another within the error; mirror, the "
         "delta is all; plain, the renderer's Beckmann conductor is within the error. Errors and "
         "seconds are expected, bytes of .bsdf and .binary exact. With a budget that the error "
@@ -74,8 +76,10 @@ const cli_command cli_plan = {
         "--json prints an object with version, consumer, asked_error, table_error, memory_bytes, "
         "bytes, seconds, dense_bytes, dense_seconds (of 31-band dense HDF5 tables) and surfaces, "
         "an "
-        "array of objects with surface, what, delta, diffuse, delta_share, energy_left_out, "
-        "plain_error, table_of, wavelengths, theta_i, resolution, bytes, seconds, error_l1; null "
-        "where it is not known.",
+        "array of objects with surface, what, delta (left out, beside, material or folded), "
+        "diffuse, "
+        "delta_share, energy_left_out, plain (alpha, and errors of Beckmann's conductor by "
+        "incidence as far as they were asked for), table_of, wavelengths, wavelength_error (a part "
+        "of error_l1), theta_i, resolution, bytes, seconds, error_l1; null where it is not known.",
     .run = run,
 };

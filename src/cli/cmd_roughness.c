@@ -188,9 +188,18 @@ static int run_scans(roughness_job *job, char **paths, size_t count) {
   return status < 0 ? publish(job) : status;
 }
 
-static int run_rows(roughness_job *job) {
+/* The option's own file and those after it. */
+static int run_rows(roughness_job *job, char **paths, size_t count) {
+  const char **tables = calloc(count + 1, sizeof *tables);
   hetab_published *published;
-  if (hetab_published_load(job->ctx, job->request->rows, &published) != HETAB_OK)
+  if (!tables)
+    return cli_fail("out of memory");
+  tables[0] = job->request->rows;
+  for (size_t i = 0; i < count; i++)
+    tables[i + 1] = paths[i];
+  hetab_status loaded = hetab_published_load(job->ctx, tables, count + 1, &published);
+  free(tables);
+  if (loaded != HETAB_OK)
     return cli_fail_context(job->ctx);
   int status = roughness_published_agrees(published) ? CLI_OK : PUBLISHED_DIFFERS;
   if (job->request->json)
@@ -205,7 +214,7 @@ static int start(const request *r, char **paths, size_t count) {
   roughness_job job = {.request = r, .ctx = cli_context()};
   if (!job.ctx)
     return CLI_FAILURE;
-  int status = r->rows ? run_rows(&job) : run_scans(&job, paths, count);
+  int status = r->rows ? run_rows(&job, paths, count) : run_scans(&job, paths, count);
   for (size_t i = 0; i < job.count; i++)
     hetab_heights_free((hetab_heights *)job.heights[i]);
   free(job.heights);
@@ -218,8 +227,6 @@ static int check_request(const cli_command *self, request *r, char **paths) {
   const char *const outputs[] = {r->csv, r->html, r->surface};
   if (!r->rows && !*paths)
     return cli_usage(self, "no SCAN given");
-  if (r->rows && *paths)
-    return cli_usage(self, "--rows takes no SCAN: '%s'", *paths);
   if (r->cutoff && strcmp(r->cutoff, "auto") == 0)
     r->cutoff_um = HETAB_CUTOFF_AUTO;
   else if (r->cutoff && !(cli_number(r->cutoff, &r->cutoff_um) && r->cutoff_um > 0))
@@ -270,8 +277,11 @@ static int run(const cli_command *self, int argc, char **argv) {
       {CLI_TEXT, "index", 0, "INDEX", "of that surface: a metal, n=N or n=N,k=K, or a file",
        &r.index, 0, 0},
       {CLI_TEXT, "rows", 0, "FILE",
-       "instead of scans: check the summary of a published table. CSV: a header, a row per scan, "
-       "rows named average, deviation, non-uniformity. Exit status 3: one differs",
+       "instead of scans: check published tables, this one and those named after it. CSV: a "
+       "header, "
+       "a row per scan, rows named average, deviation, non-uniformity. Checked: these, slope = "
+       "sigma / tau in every row, a row of one table that has the averages of another. Exit status "
+       "3: a number differs by more than the rounding of the rows allows",
        &r.rows, 0, 0},
       {CLI_FLAG, "force", 'f', NULL, "overwrite files", &r.force, 0, 0},
       {CLI_FLAG, "quiet", 'q', NULL, "print neither results nor progress", &r.quiet, 0, 0},
@@ -282,8 +292,9 @@ static int run(const cli_command *self, int argc, char **argv) {
        "misfit_exponential, lag_step_um, correlation, histogram, scans: [{scan, points, length_um, "
        "sigma_um ...: {value, error}, independent ...}]}, cutoff_scan: {trials: [{cutoff_um, "
        "sigma_um, tau_um, slope, smooth}], sigma_um, tau_um, misfit, from_fit}, curvature_um, "
-       "notes}; with --rows {version, rows, columns: [{name, average, deviation, non_uniformity: "
-       "{value, stated, agrees}}]}",
+       "notes}; with --rows {version, tables: [{name, rows, columns: [{name, average, deviation, "
+       "non_uniformity}]}], checks: [{table, against, row, column, stated, value, low, high, "
+       "verdict}]}",
        &r.json, 0, 0},
       {0},
   };

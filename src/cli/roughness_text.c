@@ -203,38 +203,51 @@ void roughness_yaml(FILE *out, const hetab_roughness *r, const char *name, const
 
 /* ---- published rows ------------------------------------------------------------------------ */
 
-static const char *const summaries[3] = {"average", "deviation", "non-uniformity"};
-
-static double summary_value(const hetab_published_column *c, int kind) {
-  return kind == 0 ? c->average : kind == 1 ? c->deviation : c->non_uniformity;
-}
-
 int roughness_published_agrees(const hetab_published *p) {
-  for (size_t i = 0; i < p->count; i++)
-    for (int kind = 0; kind < 3; kind++)
-      if (!isnan(p->columns[i].stated[kind]) && !p->columns[i].agrees[kind])
-        return 0;
+  for (size_t i = 0; i < p->check_count; i++)
+    if (p->checks[i].verdict == HETAB_MATCH_NONE)
+      return 0;
   return 1;
 }
 
-/* With the digits of the rows, the non-uniformity with two; where the table states the number, with
- * its digits and the verdict. */
-static void print_summary(const hetab_published_column *c, int kind) {
-  int stated = !isnan(c->stated[kind]);
-  int percent = kind == 2 && stated && c->stated[2] >= 1;
-  int decimals = stated ? c->stated_decimals[kind] : kind == 2 ? 2 : c->decimals;
-  double value = summary_value(c, kind) * (percent ? 100 : 1);
-  printf("  %-15s %.*f%s", summaries[kind], decimals, value, percent ? " %" : "");
-  if (stated)
-    printf(c->agrees[kind] ? ", as stated" : ", stated %.*f: DIFFERS (%.8g)", decimals,
-           c->stated[kind], value);
-  putchar('\n');
+/* With the digits of the rows, the non-uniformity with two. */
+static void print_columns(const hetab_published_table *t) {
+  for (size_t i = 0; i < t->count; i++) {
+    printf("%s, %zu rows\n", t->columns[i].name, t->rows);
+    for (int kind = 0; kind < HETAB_SUMMARIES; kind++)
+      printf("  %-15s %.*f\n", hetab_summary_name(kind),
+             kind == HETAB_NON_UNIFORMITY ? 2 : t->columns[i].decimals,
+             hetab_published_summary(t, i, kind));
+  }
+}
+
+/* What agrees to the digit is counted, the rest is named. */
+static void print_check(const hetab_published *p, const hetab_published_check *c) {
+  if (c->verdict == HETAB_MATCH_EXACT)
+    return;
+  printf("  %s, %s: %.*f stated, %.8g", c->row, c->column, c->decimals, c->stated, c->value);
+  if (c->against != c->table)
+    printf(" in %s", p->tables[c->against].name);
+  if (c->verdict == HETAB_MATCH_ROUNDING)
+    printf(": within the rounding of the rows, %.6g to %.6g\n", c->low, c->high);
+  else
+    puts(c->verdict == HETAB_MATCH_OWN_ROW ? ": it is its own row's sigma / tau" : ": DIFFERS");
 }
 
 void roughness_print_published(const hetab_published *p) {
   for (size_t i = 0; i < p->count; i++) {
-    printf("%s, %zu scans\n", p->columns[i].name, p->rows);
-    for (int kind = 0; kind < 3; kind++)
-      print_summary(&p->columns[i], kind);
+    size_t checks = 0, agree = 0;
+    for (size_t k = 0; k < p->check_count; k++) {
+      checks += p->checks[k].table == i;
+      agree += p->checks[k].table == i && p->checks[k].verdict == HETAB_MATCH_EXACT;
+    }
+    if (p->count > 1)
+      printf("%s%s\n", i ? "\n" : "", p->tables[i].name);
+    print_columns(&p->tables[i]);
+    if (checks)
+      printf("%zu of %zu stated numbers agree to the digit\n", agree, checks);
+    for (size_t k = 0; k < p->check_count; k++)
+      if (p->checks[k].table == i)
+        print_check(p, &p->checks[k]);
   }
 }

@@ -9,18 +9,15 @@
 #include <time.h>
 
 #include <hetab/grid.h>
-#include <hetab/host_model.h>
 #include <hetab/merl.h>
 
-#include "core/angle.h"
 #include "core/context.h"
 #include "core/cpus.h"
-#include "model/model.h"
-#include "plan/plain.h"
 #include "plan/scene.h"
+#include "plan/terms.h"
 #include "rgl/rgl_model.h"
 
-enum { MOST_THREADS = 64, SHARE_ANGLES = 18 };
+enum { MOST_THREADS = 64 };
 
 /* Of a default HDF5 table, and what a core writes of it in a second. */
 static const double DENSE_ENTRIES = 90.0 * 90 * 181, DENSE_RATE = 0.6e9, DENSE_START = 0.15;
@@ -30,10 +27,9 @@ static const double LARGEST_ERROR = 0.3;
 /* What is known of a surface before the error is. */
 typedef struct probed {
   hetab_rgl_forecast forecast;
-  size_t channels;
-  double seconds; /* of the forecast */
+  hetab_plan_counts counts; /* of wavelengths, of spectra */
+  double seconds;           /* of the forecast */
   char description[256];
-  bool spectral;
 } probed;
 
 typedef struct job {
@@ -46,63 +42,6 @@ typedef struct job {
   char message[sizeof((hetab_context *)0)->message];
 } job;
 
-static bool is_rgl(const hetab_scene *scene) {
-  return scene->consumer <= HETAB_PBRT;
-}
-
-/* ---- terms --------------------------------------------------------------------------------- */
-
-/* The delta's part of what is reflected: rho_s / F = e^-g S^2, the largest over wavelengths and
- * incidences in use; *least: the smallest of the wavelengths at normal incidence. */
-static hetab_status delta_share(hetab_context *ctx, const hetab_scene *scene,
-                                const hetab_surface *surface, double *largest, double *least) {
-  size_t count = hetab_surface_band_count(surface);
-  const hetab_band *bands = hetab_surface_bands(surface);
-  double theta[SHARE_ANGLES], *rho = hetab_alloc(ctx, count * SHARE_ANGLES, sizeof *rho);
-  if (!rho)
-    return HETAB_ERR_MEMORY;
-  for (int i = 0; i < SHARE_ANGLES; i++)
-    theta[i] = fmin(scene->max_theta_i, hetab_radians(89.0)) * i / (SHARE_ANGLES - 1);
-  hetab_status status = hetab_specular_reflectance(ctx, surface, theta, SHARE_ANGLES, rho);
-  *largest = 0.0;
-  *least = 1.0;
-  for (size_t b = 0; b < count && status == HETAB_OK; b++)
-    for (int i = 0; i < SHARE_ANGLES; i++) {
-      double share = rho[b * SHARE_ANGLES + (size_t)i] /
-                     hetab_fresnel_at(pow(cos(theta[i]), 2), bands[b].n, bands[b].k);
-      *largest = fmax(*largest, share);
-      if (i == 0)
-        *least = fmin(*least, share);
-    }
-  free(rho);
-  return status;
-}
-
-static bool has_diffuse(const hetab_surface *surface) {
-  bool found = false;
-  for (size_t b = 0; b < hetab_surface_band_count(surface); b++)
-    found |= hetab_surface_bands(surface)[b].diffuse_brdf > 0.0;
-  return found;
-}
-
-static hetab_status choose_terms(hetab_context *ctx, const hetab_scene *scene,
-                                 const hetab_surface *surface, hetab_plan_item *item) {
-  double least;
-  HETAB_TRY(delta_share(ctx, scene, surface, &item->delta_share, &least));
-  item->delta = item->delta_share > scene->energy_error;
-  item->diffuse = has_diffuse(surface);
-  item->energy_left_out = item->delta ? 0.0 : item->delta_share;
-  if (!item->diffuse && 1.0 - least <= scene->energy_error) {
-    item->kind = HETAB_PLAN_MIRROR;
-    item->energy_left_out = 1.0 - least;
-    return HETAB_OK;
-  }
-  item->plain_error = hetab_plain_error(surface);
-  if (!item->diffuse && !item->delta && item->plain_error <= scene->table_error)
-    item->kind = HETAB_PLAN_PLAIN;
-  return HETAB_OK;
-}
-
 /* ---- probes, on all cores ------------------------------------------------------------------ */
 
 static double thread_seconds(void) {
@@ -111,16 +50,23 @@ static double thread_seconds(void) {
   return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static hetab_status probe_rgl(hetab_context *ctx, const hetab_scene *scene,
-                              const hetab_surface *surface, probed *out) {
+/* Of spectra, the fewest wavelengths that leave three quarters of the error to the shape: bytes go
+ * with the number of wavelengths, which goes with its error to -1/2, times the shape's to -3/2. */
+static void choose_wavelengths(const hetab_plan_counts *counts, double table_error,
+                               hetab_plan_item *item) {
+  size_t c = 0;
+  while (c + 1 < counts->choices && counts->error[c] > 0.25 * table_error)
+    c++;
+  item->wavelengths = counts->choices ? counts->count[c] : 3;
+  item->wavelength_error = counts->choices ? counts->error[c] : 0.0;
+}
+
+static hetab_status forecast(hetab_context *ctx, const hetab_surface *surface,
+                             const hetab_rgl_options *options, probed *out) {
   double start = thread_seconds();
-  const hetab_rgl_options options = {
-      .bands = scene->consumer == HETAB_MITSUBA_SPECTRAL ? HETAB_RGL_SPECTRAL : HETAB_RGL_RGB};
   hetab_rgl_model *model;
-  HETAB_TRY(hetab_rgl_model_create(ctx, surface, &options, &model));
+  HETAB_TRY(hetab_rgl_model_create(ctx, surface, options, &model));
   const hetab_rgl_source *source = hetab_rgl_model_source(model);
-  out->channels = source->channels;
-  out->spectral = source->wavelengths_um != NULL;
   snprintf(out->description, sizeof out->description, "%s",
            source->description ? source->description : "");
   hetab_status status = hetab_rgl_forecast_make(ctx, source, &out->forecast);
@@ -129,13 +75,30 @@ static hetab_status probe_rgl(hetab_context *ctx, const hetab_scene *scene,
   return status;
 }
 
+/* Spectra are tried at the wavelengths that they will have. */
+static hetab_status probe_rgl(hetab_context *ctx, const hetab_scene *scene,
+                              const hetab_surface *surface, hetab_plan_item *item, probed *out) {
+  const hetab_rgl_options options = {
+      .bands = hetab_wanted_bands(scene),
+      .specular_cone = item->delta == HETAB_DELTA_FOLDED ? scene->specular_cone : 0.0};
+  hetab_surface *thinned;
+  if (options.bands == HETAB_RGL_RGB)
+    return forecast(ctx, surface, &options, out);
+  HETAB_TRY(hetab_plan_count_errors(ctx, scene, surface, &out->counts));
+  choose_wavelengths(&out->counts, scene->table_error, item);
+  HETAB_TRY(hetab_plan_thinned(ctx, surface, item->wavelengths, &thinned));
+  hetab_status status = forecast(ctx, thinned, &options, out);
+  hetab_surface_free(thinned);
+  return status;
+}
+
 static hetab_status probe(hetab_context *ctx, const job *job, size_t i) {
   const hetab_surface *surface = job->scene->surfaces[i];
   hetab_plan_item *item = &job->plan->items[i];
   item->shares = i;
-  HETAB_TRY(choose_terms(ctx, job->scene, surface, item));
-  return item->kind == HETAB_PLAN_TABLE && is_rgl(job->scene)
-             ? probe_rgl(ctx, job->scene, surface, &job->probed[i])
+  HETAB_TRY(hetab_plan_terms(ctx, job->scene, surface, item));
+  return item->kind == HETAB_PLAN_TABLE && hetab_wants_rgl(job->scene)
+             ? probe_rgl(ctx, job->scene, surface, item, &job->probed[i])
              : HETAB_OK;
 }
 
@@ -190,21 +153,21 @@ static hetab_status probe_all(hetab_context *ctx, job *job) {
 
 static hetab_status size_rgl(hetab_context *ctx, const probed *p, double table_error,
                              hetab_plan_item *item) {
-  double *lambda_um = hetab_alloc(ctx, p->channels, sizeof *lambda_um); /* of a size alone */
-  const hetab_rgl_source source = {.channels = p->channels,
-                                   .wavelengths_um = p->spectral ? lambda_um : NULL,
+  choose_wavelengths(&p->counts, table_error, item);
+  double *lambda_um = hetab_alloc(ctx, item->wavelengths, sizeof *lambda_um); /* of a size alone */
+  const hetab_rgl_source source = {.channels = item->wavelengths,
+                                   .wavelengths_um = p->counts.choices ? lambda_um : NULL,
                                    .description = p->description};
   hetab_rgl_report r;
-  hetab_status status = lambda_um
-                            ? hetab_rgl_forecast_at(ctx, &p->forecast, &source, table_error, &r)
-                            : HETAB_ERR_MEMORY;
+  hetab_status status = lambda_um ? hetab_rgl_forecast_at(ctx, &p->forecast, &source,
+                                                          table_error - item->wavelength_error, &r)
+                                  : HETAB_ERR_MEMORY;
   free(lambda_um);
   HETAB_TRY(status);
-  item->wavelengths = p->channels;
   item->theta_i_count = r.theta_i_count;
   item->resolution = r.resolution;
   item->bytes = r.bytes;
-  item->error_l1 = r.error_l1;
+  item->error_l1 = r.error_l1 + item->wavelength_error;
   /* The trial, and the nodes: against the forecast's, which were 35,000 evaluations. */
   item->seconds =
       p->seconds * (2.4 + 1.45e-5 * (double)(r.theta_i_count * r.resolution * r.resolution));
@@ -214,15 +177,14 @@ static hetab_status size_rgl(hetab_context *ctx, const probed *p, double table_e
 static void size_fixed(const hetab_scene *scene, const hetab_surface *surface,
                        hetab_plan_item *item) {
   size_t bands = hetab_surface_band_count(surface);
-  item->wavelengths =
-      scene->consumer == HETAB_CONSUMER_HDF5 || scene->consumer == HETAB_CONSUMER_LOOKUP ? bands
-                                                                                         : 3;
-  item->bytes = (size_t)(scene->consumer == HETAB_CONSUMER_MERL
-                             ? MERL_BYTES
-                             : 4.0 * DENSE_ENTRIES * (double)item->wavelengths);
+  double entries = hetab_scene_entries(scene);
+  item->wavelengths = scene->consumer == HETAB_CONSUMER_HDF5 ? bands : 3;
+  item->bytes =
+      (size_t)(scene->consumer == HETAB_CONSUMER_MERL ? MERL_BYTES
+                                                      : 4.0 * entries * (double)item->wavelengths);
   item->seconds = scene->consumer == HETAB_CONSUMER_MERL
                       ? MERL_SECONDS
-                      : DENSE_START + DENSE_ENTRIES * (double)bands / DENSE_RATE;
+                      : DENSE_START + entries * (double)bands / DENSE_RATE;
 }
 
 /* All items at one error; the bytes of all. */
@@ -234,7 +196,7 @@ static hetab_status size_all(hetab_context *ctx, const job *job, double table_er
     hetab_plan_item *item = &plan->items[i];
     if (item->kind != HETAB_PLAN_TABLE)
       continue;
-    if (is_rgl(job->scene))
+    if (hetab_wants_rgl(job->scene))
       HETAB_TRY(size_rgl(ctx, &job->probed[i], table_error, item));
     else
       size_fixed(job->scene, job->scene->surfaces[i], item);
@@ -261,10 +223,13 @@ static hetab_status fail_budget(hetab_context *ctx, const job *job) {
                                n ? ", " : "", hetab_surface_name(job->scene->surfaces[best]),
                                1e-6 * (double)plan->items[best].bytes);
   }
+  char how[64] = "tables of this consumer have one size";
+  if (hetab_wants_rgl(job->scene))
+    snprintf(how, sizeof how, "at an error of %g", LARGEST_ERROR);
   return hetab_fail(ctx, HETAB_ERR_RANGE,
-                    "memory_mb %g is too little: at an error of %g the tables still take %.2f MB; "
-                    "most take %s; allow more, or leave surfaces out",
-                    1e-6 * plan->memory_bytes, LARGEST_ERROR, 1e-6 * plan->bytes, names);
+                    "memory_mb %g is too little: %s, and together they take %.2f MB; most take %s; "
+                    "allow more, or leave surfaces out",
+                    1e-6 * plan->memory_bytes, how, 1e-6 * plan->bytes, names);
 }
 
 /* One error for all: whatever else the budget is split into, some surface's error is larger. */
@@ -331,6 +296,7 @@ static hetab_status share(hetab_context *ctx, const job *job) {
       if (2.0 * log(ratio) > allowed)
         break;
       if (item->kind == HETAB_PLAN_TABLE && other->kind == HETAB_PLAN_TABLE &&
+          item->delta == other->delta &&
           difference(order[n].surface, order[m].surface) <= allowed &&
           same_bands(order[n].surface, order[m].surface)) {
         item->kind = HETAB_PLAN_SHARED;

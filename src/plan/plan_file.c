@@ -13,32 +13,34 @@
 #include "plan/scene.h"
 
 static bool unpack_item(const json_t *json, size_t count, hetab_plan_item *item) {
-  json_int_t kind, shares, wavelengths, theta_i, resolution, bytes;
-  if (json_unpack((json_t *)json, "{sI sI sb sb sF sF sF sI sI sI sI sF sF}", "kind", &kind,
-                  "shares", &shares, "delta", &item->delta, "diffuse", &item->diffuse,
-                  "delta_share", &item->delta_share, "energy_left_out", &item->energy_left_out,
-                  "plain_error", &item->plain_error, "wavelengths", &wavelengths, "theta_i",
-                  &theta_i, "resolution", &resolution, "bytes", &bytes, "seconds", &item->seconds,
-                  "error_l1", &item->error_l1) != 0)
+  json_int_t kind, shares, delta, wavelengths, theta_i, resolution, bytes;
+  if (json_unpack((json_t *)json, "{sI sI sI sb sF sF sF sI sF sI sI sI sF sF}", "kind", &kind,
+                  "shares", &shares, "delta", &delta, "diffuse", &item->diffuse, "delta_share",
+                  &item->delta_share, "energy_left_out", &item->energy_left_out, "plain_error",
+                  &item->plain_error, "wavelengths", &wavelengths, "wavelength_error",
+                  &item->wavelength_error, "theta_i", &theta_i, "resolution", &resolution, "bytes",
+                  &bytes, "seconds", &item->seconds, "error_l1", &item->error_l1) != 0)
     return false;
   item->kind = (hetab_plan_kind)kind;
+  item->delta = (hetab_delta)delta;
   item->shares = (size_t)shares;
   item->wavelengths = (size_t)wavelengths;
   item->theta_i_count = (size_t)theta_i;
   item->resolution = (size_t)resolution;
   item->bytes = (size_t)bytes;
-  return kind >= HETAB_PLAN_TABLE && kind <= HETAB_PLAN_PLAIN && shares >= 0 &&
-         (size_t)shares < count;
+  return kind >= HETAB_PLAN_TABLE && kind <= HETAB_PLAN_PLAIN && delta >= 0 &&
+         delta <= HETAB_DELTA_FOLDED && shares >= 0 && (size_t)shares < count;
 }
 
 static json_t *pack_item(const hetab_plan_item *item) {
-  return json_pack("{sI sI sb sb sf sf sf sI sI sI sI sf sf}", "kind", (json_int_t)item->kind,
-                   "shares", (json_int_t)item->shares, "delta", item->delta, "diffuse",
+  return json_pack("{sI sI sI sb sf sf sf sI sf sI sI sI sf sf}", "kind", (json_int_t)item->kind,
+                   "shares", (json_int_t)item->shares, "delta", (json_int_t)item->delta, "diffuse",
                    item->diffuse, "delta_share", item->delta_share, "energy_left_out",
                    item->energy_left_out, "plain_error", item->plain_error, "wavelengths",
-                   (json_int_t)item->wavelengths, "theta_i", (json_int_t)item->theta_i_count,
-                   "resolution", (json_int_t)item->resolution, "bytes", (json_int_t)item->bytes,
-                   "seconds", item->seconds, "error_l1", item->error_l1);
+                   (json_int_t)item->wavelengths, "wavelength_error", item->wavelength_error,
+                   "theta_i", (json_int_t)item->theta_i_count, "resolution",
+                   (json_int_t)item->resolution, "bytes", (json_int_t)item->bytes, "seconds",
+                   item->seconds, "error_l1", item->error_l1);
 }
 
 /* NULL if the file does not hold the plan of that key, whatever else it holds. */

@@ -91,7 +91,7 @@ def parameter(wish):
 
 
 def fit(measured, index: str | os.PathLike | complex, *, slope=None, sigma0_um=None, tau_um=None,
-        n=None, diffuse="free", weights: str = "energy", constraint: str = "auto",
+        n=None, diffuse="free", weights: str = "auto", constraint: str = "auto",
         precision: str = "double", device: str | None = None, progress: Progress | None = None,
         **other) -> Record:
     """The parameters of a surface from its BRDF: a file (.brdf, .astm, .csv, MERL, HDF5) or what
