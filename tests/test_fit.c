@@ -3,6 +3,8 @@
 #include "degrees.h"
 #include "golden_support.h"
 
+#include <unistd.h>
+
 enum { PRESETS = 5, STARTS = 30, TRIALS = 60 };
 
 static hetab_engine *series_engine(hetab_context *ctx) {

@@ -3,8 +3,8 @@
  * tests/data/measurements/synthetic.* hold one set of numbers in three formats: f(band) = 0.01
  * (band + 1) + 0.8 exp(-25 d^2), d being the distance from the mirror direction in lateral
  * direction cosines, to six decimals; theta_i 15, 45, 70, theta_s 0, 15, 45, 70 degrees, phi_i 20
- * degrees, phi_s 0, 90, 180 below it. paint.* (make_paint) are a paint of the model in the manner of
- * a gonioreflectometer; paints that one has measured are read too where ../shared has them. */
+ * degrees, phi_s 0, 90, 180 below it. paint.* (make_paint) are a paint of the model in the manner
+ * of a gonioreflectometer; paints that one has measured are read too where ../shared has them. */
 #include <fcntl.h>
 #include <math.h>
 
