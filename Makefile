@@ -82,6 +82,13 @@ gallery: setup ## render tables to out/gallery/: in Mitsuba 3, and in C with the
 	@scripts/gallery_path_tracer $(BUILD) out/gallery
 	@PYTHON=$(PYTHON) scripts/gallery $(BUILD) out/gallery
 
+COUNT ?= 40
+.PHONY: test-cluster
+test-cluster: ## run batches by GNU parallel, Open MPI and Slurm on this machine: COUNT surfaces, 400 for its times
+	@sh scripts/setup cluster
+	@$(MAKE) --no-print-directory -s build
+	@scripts/test_cluster $(BUILD)/hetab $(COUNT)
+
 .PHONY: tests
 tests: $(TESTS) $(BUILD)/tests/exr_readback
 
