@@ -110,6 +110,11 @@ figures: setup ## redraw what the report's figures show, in out/figures
 	@$(MAKE) --no-print-directory -s build
 	@scripts/figures $(BUILD)/hetab out/figures
 
+.PHONY: study-filter
+study-filter: setup ## which filter makes the report's small scale of its raw heights (3 minutes)
+	@$(MAKE) --no-print-directory -s build
+	@scripts/filter_study $(BUILD)/hetab
+
 # PoCL's compiler gives the thread that loads it a signal stack, which the sanitizer would unmap.
 # Freed memory is overwritten: libraries that are not instrumented then fail on using it, too.
 .PHONY: asan
