@@ -92,6 +92,13 @@ gallery: setup ## render tables to out/gallery/: in Mitsuba 3, and in C with the
 	@scripts/gallery_path_tracer $(BUILD) out/gallery
 	@PYTHON=$(PYTHON) scripts/gallery $(BUILD) out/gallery
 
+COUNT ?= 40
+.PHONY: test-cluster
+test-cluster: ## run batches by GNU parallel, Open MPI and Slurm on this machine: COUNT surfaces, 400 for its times
+	@sh scripts/setup cluster
+	@$(MAKE) --no-print-directory -s build
+	@scripts/test_cluster $(BUILD)/hetab $(COUNT)
+
 .PHONY: tests
 tests: $(TESTS) $(BUILD)/tests/exr_readback
 
@@ -112,6 +119,11 @@ bench: setup ## speed against error of every method, with plots, in out/
 figures: setup ## redraw what the report's figures show, in out/figures
 	@$(MAKE) --no-print-directory -s build
 	@scripts/figures $(BUILD)/hetab out/figures
+
+.PHONY: study-filter
+study-filter: setup ## which filter makes the report's small scale of its raw heights (3 minutes)
+	@$(MAKE) --no-print-directory -s build
+	@scripts/filter_study $(BUILD)/hetab
 
 # PoCL's compiler gives the thread that loads it a signal stack, which the sanitizer would unmap.
 # Freed memory is overwritten: libraries that are not instrumented then fail on using it, too.

@@ -80,9 +80,10 @@ json_t *roughness_json(const hetab_roughness *r) {
   json_t *notes = json_array();
   for (size_t i = 0; i < r->note_count; i++)
     json_array_append_new(notes, cli_json_text(r->notes[i]));
-  return json_pack("{ss so so so so so so so}", "version", hetab_version(), "scans",
+  return json_pack("{ss so so so so so so so so}", "version", hetab_version(), "scans",
                    sources_json(r), "cutoff_um",
-                   r->small.count ? json_real(r->cutoff_um) : json_null(), "raw",
+                   r->small.count ? json_real(r->cutoff_um) : json_null(), "filter",
+                   r->small.count ? json_string(hetab_filter_name(r->filter)) : json_null(), "raw",
                    component_json(&r->raw), "small", component_json(&r->small), "cutoff_scan",
                    cutoffs_json(&r->cutoff_scan), "curvature_um", cli_json_number(r->curvature_um),
                    "notes", notes);
