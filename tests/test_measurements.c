@@ -119,7 +119,7 @@ static void check_both_formats(const text_fixture *f, const char *folder, const 
 }
 
 static void test_paint_in_both_formats(void **state) {
-  check_both_formats(*state, data, "paint", 320, 7, 0.03536);
+  check_both_formats(*state, data, "paint", 320, 7, 0.1191);
   if (is_there(measured))
     check_both_formats(*state, measured, "cornell-cayman", 1439, 31, 0.000874);
 }
@@ -156,12 +156,13 @@ static void check_lobes(const text_fixture *f, const char *folder, const char *n
 
 static void test_paints_shine_in_the_mirror_direction(void **state) {
   text_fixture *f = *state;
-  check_lobes(f, data, "paint.brdf", 20); /* rough: its lobe peaks towards grazing */
+  check_lobes(f, data, "paint.brdf", 12);
   if (!is_there(measured))
     return;
   check_lobes(f, measured, "cornell-cayman.brdf", 5);
   check_lobes(f, measured, "cornell-krylon_blue.brdf", 5);
-  check_lobes(f, measured, "cornell-garnet_red.brdf", 20); /* likewise */
+  check_lobes(f, measured, "cornell-garnet_red.brdf",
+              20); /* rough: its lobe peaks towards grazing */
 }
 
 /* Azimuths of any size and sign, polar angles of the other side. */
