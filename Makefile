@@ -162,6 +162,7 @@ N ?= 200
 .PHONY: kill
 kill: build ## kill writers at N random moments: nothing is torn, and litter is swept
 	@scripts/kill $(BUILD)/hetab $(N)
+	@scripts/kill_batch $(BUILD)/hetab 30
 
 .PHONY: valgrind
 valgrind: build ## run commands that read and write tables under valgrind (apt-get install valgrind)
