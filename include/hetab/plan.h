@@ -41,6 +41,7 @@ typedef enum hetab_consumer {
 
 const char *hetab_consumer_name(hetab_consumer consumer); /* "mitsuba-rgb" */
 
+/* Threads: once loaded, it does not change and may be shared. */
 typedef struct hetab_scene hetab_scene;
 
 hetab_status hetab_scene_load(hetab_context *ctx, const char *path, hetab_scene **out);
@@ -99,9 +100,11 @@ typedef struct hetab_plan {
 /* HETAB_ERR_RANGE: no error below 0.3 meets the budget; the message names the surfaces that cost
  * most. Progress counts surfaces. The plan of a scene without surfaces is empty. */
 hetab_status hetab_plan_create(hetab_context *ctx, const hetab_scene *scene, hetab_plan **out);
-/* The same, kept as plan.json in the folder: of a scene that has not changed it is only read. */
+/* The same, kept as plan.json in the folder: of a scene that has not changed it is only read.
+ * Processes that plan for one folder at the same time divide the work: share_start, 0 to 1, is
+ * where this one begins; the first plan that is written is everybody's. */
 hetab_status hetab_plan_open(hetab_context *ctx, const hetab_scene *scene, const char *folder,
-                             hetab_plan **out);
+                             double share_start, hetab_plan **out);
 void hetab_plan_free(hetab_plan *plan); /* NULL is fine */
 
 #ifdef __cplusplus

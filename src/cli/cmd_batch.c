@@ -1,12 +1,16 @@
 /* hetab batch: a scene's tables, by several processes, on several machines, as far as they are not
  * there.
  *
- * Why this holds for a thousand workers: they share a folder and nothing else. Each reads the scene
- * and plan.json once, looks at the records of its own part (a read and a stat or two for each), and
- * writes its own files, whole, by rename: there is no lock and no message. Parts are dealt by
- * expected seconds, the largest first to whoever has least, so that the tail is at most one table,
- * a fraction of a second for .bsdf. Whoever finds all records done at its end writes the overview,
- * which is one read of every record; two that finish together write the same. */
+ * Why this holds for a thousand workers: they share a folder and nothing else; there is no lock and
+ * no message. Each reads the scene; they plan it together, in chunks that whoever does one leaves
+ * for the others (plan/probe.h), and the first plan that is written is everybody's. Each then looks
+ * at the records of its own part, a read and a stat or two for each surface, and writes its own
+ * files, whole, by rename. Parts are dealt by expected seconds, the largest first to whoever has
+ * least, so that the tail is at most one table: 0.2 s for a .bsdf, 0.04 s to plan it. At its end
+ * each looks for the first record that is missing, mostly one of the next; whoever finds all writes
+ * the overview, which is one read of every record; two that finish together write the same. Ten
+ * thousand surfaces by a thousand workers: 10 tables or 2 s each, and 10 chunks or 0.4 s to plan.
+ */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -264,9 +268,10 @@ static int run_job(const cli_command *self, const batch_request *r) {
   const char *folder = r->folder || !scene ? r->folder : hetab_scene_output(scene);
   if (status < 0 && !folder)
     status = cli_usage(self, "no folder given: use -o DIR, or the scene's key output");
+  double share_start = (double)(r->share.number - 1) / (double)r->share.count;
   if (status < 0)
     status = make_folder(folder);
-  if (status < 0 && hetab_plan_open(ctx, scene, folder, &plan) != HETAB_OK)
+  if (status < 0 && hetab_plan_open(ctx, scene, folder, share_start, &plan) != HETAB_OK)
     status = cli_fail_context(ctx);
   if (status < 0) {
     batch_job job = {.ctx = ctx,

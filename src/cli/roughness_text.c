@@ -129,7 +129,8 @@ void roughness_print(const hetab_roughness *r) {
   print_component(&r->raw);
   print_cutoffs(r);
   if (r->small.count) {
-    printf("\nSmall scale, behind the Gaussian filter with cut-off %.4g um\n", r->cutoff_um);
+    printf("\nSmall scale, behind the %s filter with cut-off %.4g um\n",
+           hetab_filter_name(r->filter), r->cutoff_um);
     print_component(&r->small);
   }
   printf("\nRadius of curvature, rms, about %.3g um\n", r->curvature_um);
@@ -161,8 +162,12 @@ static void csv_component(FILE *out, const hetab_roughness *r, const hetab_compo
       hetab_estimate e = roughness_estimate(s, f);
       fprintf(out, ",%.10g,%.4g", e.value, e.error);
     }
-    fprintf(out, ",%.5g,%.5g,%.5g,%.5g\n", s->independent, s->normal_distance, s->misfit_gaussian,
+    fprintf(out, ",%.5g,%.5g,%.5g,%.5g,", s->independent, s->normal_distance, s->misfit_gaussian,
             s->misfit_exponential);
+    if (c == &r->small)
+      fprintf(out, "%s,%.10g\n", hetab_filter_name(r->filter), r->cutoff_um);
+    else
+      fputs("none,\n", out);
   }
 }
 
@@ -170,7 +175,7 @@ void roughness_csv(FILE *out, const hetab_roughness *r) {
   fputs("scan,component,points,length_um,missing,outliers", out);
   for (int f = 0; f < ROUGHNESS_FIELDS; f++)
     fprintf(out, ",%s,%s_error", roughness_fields[f].name, roughness_fields[f].name);
-  fputs(",independent,normal_distance,misfit_gaussian,misfit_exponential\n", out);
+  fputs(",independent,normal_distance,misfit_gaussian,misfit_exponential,filter,cutoff_um\n", out);
   csv_component(out, r, &r->raw, "raw");
   csv_component(out, r, &r->small, "small");
 }
@@ -185,7 +190,8 @@ void roughness_yaml(FILE *out, const hetab_roughness *r, const char *name, const
   const hetab_component *c = roughness_main(r);
   fprintf(out, "# From %zu scan%s", c->count, c->count == 1 ? "" : "s");
   if (r->small.count)
-    fprintf(out, ", small scale behind a Gaussian filter with a cut-off of %.4g um", r->cutoff_um);
+    fprintf(out, ", small scale behind a %s filter with a cut-off of %.4g um",
+            hetab_filter_name(r->filter), r->cutoff_um);
   fprintf(out, ". 95 %% intervals%s:\n",
           r->small.count ? " of what the filter leaves; its own effect is not in them" : "");
   yaml_bounds(out, "sigma0_um", &c->sigma_um);

@@ -1,159 +1,35 @@
 #include <hetab/plan.h>
 
 #include <math.h>
-#include <pthread.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include <hetab/grid.h>
 #include <hetab/merl.h>
 
 #include "core/context.h"
-#include "core/cpus.h"
+#include "plan/plan_make.h"
+#include "plan/probe.h"
 #include "plan/scene.h"
-#include "plan/terms.h"
-#include "rgl/rgl_model.h"
-
-enum { MOST_THREADS = 64 };
 
 /* Of a default HDF5 table, and what a core writes of it in a second. */
 static const double DENSE_ENTRIES = 90.0 * 90 * 181, DENSE_RATE = 0.6e9, DENSE_START = 0.15;
 static const double MERL_BYTES = 12.0 + 3 * 8.0 * HETAB_MERL_CELLS, MERL_SECONDS = 0.25;
 static const double LARGEST_ERROR = 0.3;
 
-/* What is known of a surface before the error is. */
-typedef struct probed {
-  hetab_rgl_forecast forecast;
-  hetab_plan_counts counts; /* of wavelengths, of spectra */
-  double seconds;           /* of the forecast */
-  char description[256];
-} probed;
-
 typedef struct job {
   const hetab_scene *scene;
   hetab_plan *plan;
-  probed *probed;
-  size_t next, done;
-  pthread_mutex_t mutex;
-  hetab_status status;
-  char message[sizeof((hetab_context *)0)->message];
+  hetab_probe *probes;
 } job;
-
-/* ---- probes, on all cores ------------------------------------------------------------------ */
-
-static double thread_seconds(void) {
-  struct timespec t;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-/* Of spectra, the fewest wavelengths that leave three quarters of the error to the shape: bytes go
- * with the number of wavelengths, which goes with its error to -1/2, times the shape's to -3/2. */
-static void choose_wavelengths(const hetab_plan_counts *counts, double table_error,
-                               hetab_plan_item *item) {
-  size_t c = 0;
-  while (c + 1 < counts->choices && counts->error[c] > 0.25 * table_error)
-    c++;
-  item->wavelengths = counts->choices ? counts->count[c] : 3;
-  item->wavelength_error = counts->choices ? counts->error[c] : 0.0;
-}
-
-static hetab_status forecast(hetab_context *ctx, const hetab_surface *surface,
-                             const hetab_rgl_options *options, probed *out) {
-  double start = thread_seconds();
-  hetab_rgl_model *model;
-  HETAB_TRY(hetab_rgl_model_create(ctx, surface, options, &model));
-  const hetab_rgl_source *source = hetab_rgl_model_source(model);
-  snprintf(out->description, sizeof out->description, "%s",
-           source->description ? source->description : "");
-  hetab_status status = hetab_rgl_forecast_make(ctx, source, &out->forecast);
-  hetab_rgl_model_free(model);
-  out->seconds = thread_seconds() - start;
-  return status;
-}
-
-/* Spectra are tried at the wavelengths that they will have. */
-static hetab_status probe_rgl(hetab_context *ctx, const hetab_scene *scene,
-                              const hetab_surface *surface, hetab_plan_item *item, probed *out) {
-  const hetab_rgl_options options = {
-      .bands = hetab_wanted_bands(scene),
-      .specular_cone = item->delta == HETAB_DELTA_FOLDED ? scene->specular_cone : 0.0};
-  hetab_surface *thinned;
-  if (options.bands == HETAB_RGL_RGB)
-    return forecast(ctx, surface, &options, out);
-  HETAB_TRY(hetab_plan_count_errors(ctx, scene, surface, &out->counts));
-  choose_wavelengths(&out->counts, scene->table_error, item);
-  HETAB_TRY(hetab_plan_thinned(ctx, surface, item->wavelengths, &thinned));
-  hetab_status status = forecast(ctx, thinned, &options, out);
-  hetab_surface_free(thinned);
-  return status;
-}
-
-static hetab_status probe(hetab_context *ctx, const job *job, size_t i) {
-  const hetab_surface *surface = job->scene->surfaces[i];
-  hetab_plan_item *item = &job->plan->items[i];
-  item->shares = i;
-  HETAB_TRY(hetab_plan_terms(ctx, job->scene, surface, item));
-  return item->kind == HETAB_PLAN_TABLE && hetab_wants_rgl(job->scene)
-             ? probe_rgl(ctx, job->scene, surface, item, &job->probed[i])
-             : HETAB_OK;
-}
-
-/* The next surface's number; the count: none is left. */
-static size_t take(job *job, hetab_context *own, hetab_status last) {
-  pthread_mutex_lock(&job->mutex);
-  if (last != HETAB_OK && job->status == HETAB_OK) {
-    job->status = last;
-    memcpy(job->message, own->message, sizeof job->message);
-  }
-  size_t taken = job->status == HETAB_OK ? job->next : job->plan->count;
-  job->next += taken < job->plan->count;
-  pthread_mutex_unlock(&job->mutex);
-  return taken;
-}
-
-typedef struct worker {
-  pthread_t thread;
-  job *job;
-} worker;
-
-static void *work(void *user) {
-  worker *w = user;
-  hetab_context *ctx;
-  hetab_status status = hetab_context_create(&ctx);
-  if (status != HETAB_OK)
-    return NULL;
-  hetab_cpu_limit(1);
-  for (size_t i; (i = take(w->job, ctx, status)) < w->job->plan->count;)
-    status = probe(ctx, w->job, i);
-  hetab_context_free(ctx);
-  return NULL;
-}
-
-static hetab_status probe_all(hetab_context *ctx, job *job) {
-  int count = hetab_cpu_count(), started = 0;
-  worker workers[MOST_THREADS];
-  count = count < MOST_THREADS ? count : MOST_THREADS;
-  for (; started < count; started++) {
-    workers[started] = (worker){.job = job};
-    if (pthread_create(&workers[started].thread, NULL, work, &workers[started]) != 0)
-      break;
-  }
-  for (int i = 0; i < started; i++)
-    pthread_join(workers[i].thread, NULL);
-  if (job->status != HETAB_OK)
-    return hetab_fail(ctx, job->status, "%s", job->message);
-  return started ? HETAB_OK : hetab_fail(ctx, HETAB_ERR_MEMORY, "cannot start a thread");
-}
 
 /* ---- sizes --------------------------------------------------------------------------------- */
 
-static hetab_status size_rgl(hetab_context *ctx, const probed *p, double table_error,
+static hetab_status size_rgl(hetab_context *ctx, const hetab_probe *p, double table_error,
                              hetab_plan_item *item) {
-  choose_wavelengths(&p->counts, table_error, item);
+  hetab_choose_wavelengths(&p->counts, table_error, item);
   double *lambda_um = hetab_alloc(ctx, item->wavelengths, sizeof *lambda_um); /* of a size alone */
   const hetab_rgl_source source = {.channels = item->wavelengths,
                                    .wavelengths_um = p->counts.choices ? lambda_um : NULL,
@@ -197,7 +73,7 @@ static hetab_status size_all(hetab_context *ctx, const job *job, double table_er
     if (item->kind != HETAB_PLAN_TABLE)
       continue;
     if (hetab_wants_rgl(job->scene))
-      HETAB_TRY(size_rgl(ctx, &job->probed[i], table_error, item));
+      HETAB_TRY(size_rgl(ctx, &job->probes[i], table_error, item));
     else
       size_fixed(job->scene, job->scene->surfaces[i], item);
     plan->bytes += (double)item->bytes;
@@ -318,18 +194,19 @@ static void against_dense(const hetab_scene *scene, hetab_plan *plan) {
   }
 }
 
-static hetab_status make(hetab_context *ctx, job *job) {
+static hetab_status make(hetab_context *ctx, job *job, const char *folder, double share_start) {
   hetab_plan *plan = job->plan;
   if (!plan->count)
     return HETAB_OK;
-  HETAB_TRY(probe_all(ctx, job));
+  HETAB_TRY(hetab_probe_all(ctx, job->scene, folder, share_start, plan->items, job->probes));
   HETAB_TRY(share(ctx, job));
   against_dense(job->scene, plan);
   return fit_budget(ctx, job);
 }
 
-hetab_status hetab_plan_create(hetab_context *ctx, const hetab_scene *scene, hetab_plan **out) {
-  job job = {.scene = scene, .mutex = PTHREAD_MUTEX_INITIALIZER};
+hetab_status hetab_plan_make(hetab_context *ctx, const hetab_scene *scene, const char *folder,
+                             double share_start, hetab_plan **out) {
+  job job = {.scene = scene};
   *out = NULL;
   job.plan = hetab_alloc(ctx, 1, sizeof *job.plan);
   if (!job.plan)
@@ -338,14 +215,19 @@ hetab_status hetab_plan_create(hetab_context *ctx, const hetab_scene *scene, het
   job.plan->asked_error = job.plan->table_error = scene->table_error;
   job.plan->memory_bytes = scene->memory_bytes;
   job.plan->items = hetab_alloc(ctx, scene->count, sizeof *job.plan->items);
-  job.probed = hetab_alloc(ctx, scene->count, sizeof *job.probed);
-  hetab_status status = job.plan->items && job.probed ? make(ctx, &job) : HETAB_ERR_MEMORY;
-  free(job.probed);
+  job.probes = hetab_alloc(ctx, scene->count, sizeof *job.probes);
+  hetab_status status =
+      job.plan->items && job.probes ? make(ctx, &job, folder, share_start) : HETAB_ERR_MEMORY;
+  free(job.probes);
   if (status == HETAB_OK)
     *out = job.plan;
   else
     hetab_plan_free(job.plan);
   return status;
+}
+
+hetab_status hetab_plan_create(hetab_context *ctx, const hetab_scene *scene, hetab_plan **out) {
+  return hetab_plan_make(ctx, scene, NULL, 0.0, out);
 }
 
 void hetab_plan_free(hetab_plan *plan) {

@@ -6,10 +6,13 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 #include <jansson.h>
 
 #include "core/context.h"
 #include "plan/plan_key.h"
+#include "plan/plan_make.h"
+#include "plan/probe.h"
 #include "plan/scene.h"
 
 static bool unpack_item(const json_t *json, size_t count, hetab_plan_item *item) {
@@ -78,29 +81,52 @@ static hetab_status save(hetab_context *ctx, const hetab_plan *plan, const char 
                 plan->memory_bytes, "bytes", plan->bytes, "seconds", plan->seconds, "dense_bytes",
                 plan->dense_bytes, "dense_seconds", plan->dense_seconds);
   char *text = json ? json_dumps(json, JSON_COMPACT) : NULL;
-  hetab_status status = text ? hetab_text_save(ctx, path, text, strlen(text), 1)
+  hetab_status status = text ? hetab_text_save(ctx, path, text, strlen(text), 0)
                              : hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for '%s'", path);
   free(text);
   json_decref(json);
   return status;
 }
 
+/* NULL if there is none of that key; what is no such plan is removed. */
+static hetab_plan *load(const hetab_scene *scene, const char *key, const char *path) {
+  json_t *json = json_load_file(path, 0, NULL);
+  hetab_plan *plan = json ? unpack(json, key, scene->count) : NULL;
+  json_decref(json);
+  if (!plan)
+    unlink(path);
+  return plan;
+}
+
+/* The first plan that is there is everybody's: two that differed would deal surfaces differently.
+ */
+static hetab_status make(hetab_context *ctx, const hetab_scene *scene, const char *folder,
+                         double share_start, const char *key, const char *path, hetab_plan **out) {
+  HETAB_TRY(hetab_plan_make(ctx, scene, folder, share_start, out));
+  hetab_status status = save(ctx, *out, key, path);
+  if (status == HETAB_ERR_EXISTS) {
+    hetab_plan_free(*out);
+    *out = load(scene, key, path);
+    status = *out ? HETAB_OK
+                  : hetab_fail(ctx, HETAB_ERR_IO,
+                               "'%s' changes: is another scene's batch in this "
+                               "folder? Give each its own",
+                               path);
+  }
+  if (status == HETAB_OK)
+    hetab_probe_forget(folder);
+  return status;
+}
+
 hetab_status hetab_plan_open(hetab_context *ctx, const hetab_scene *scene, const char *folder,
-                             hetab_plan **out) {
+                             double share_start, hetab_plan **out) {
   char key[HETAB_KEY], *path;
   *out = NULL;
   HETAB_TRY(hetab_scene_key(ctx, scene, key));
   if (asprintf(&path, "%s/plan.json", folder) < 0)
     return hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory");
-  json_t *json = json_load_file(path, 0, NULL);
-  *out = json ? unpack(json, key, scene->count) : NULL;
-  json_decref(json);
-  hetab_status status = HETAB_OK;
-  if (!*out) {
-    status = hetab_plan_create(ctx, scene, out);
-    if (status == HETAB_OK)
-      status = save(ctx, *out, key, path);
-  }
+  *out = load(scene, key, path);
+  hetab_status status = *out ? HETAB_OK : make(ctx, scene, folder, share_start, key, path, out);
   free(path);
   if (status != HETAB_OK) {
     hetab_plan_free(*out);
