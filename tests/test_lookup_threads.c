@@ -163,7 +163,7 @@ static void *open_alone(void *user) {
     return NULL;
   for (int i = 0; i < 10 && hetab_lookup_open(ctx, "t.h5", HETAB_LOOKUP_NEAREST, &table) == 0;
        i++) {
-    hetab_lookup_eval(table, (float[]){0, 0, 1}, (float[]){0, 0, 1}, value);
+    hetab_lookup_eval(table, NULL, 1, (float[]){0, 0, 1}, (float[]){0, 0, 1}, value, NULL);
     *(double *)user += (double)value[0];
     hetab_lookup_free(table);
   }
