@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "cli.h"
 #include "options.h"
@@ -18,7 +19,7 @@ static int find_metal(const char *name, size_t *metal) {
 
 static int find_preset(const char *name, size_t *preset) {
   for (*preset = 0; *preset < hetab_preset_count(); ++*preset)
-    if (strcmp(name, hetab_preset_name(*preset)) == 0)
+    if (strcasecmp(name, hetab_preset_name(*preset)) == 0)
       return 1;
   return 0;
 }

@@ -2,14 +2,39 @@
 #ifndef HETAB_PLAN_SCENE_H
 #define HETAB_PLAN_SCENE_H
 
+#include <stdbool.h>
+
 #include <hetab/plan.h>
+#include <hetab/rgl.h>
 
 struct hetab_scene {
   hetab_surface **surfaces;
   size_t count, room;
   hetab_consumer consumer;
   double table_error, energy_error, max_theta_i; /* radians */
+  double max_theta_r;                            /* radians */
+  double specular_cone;                          /* radians; 0: the delta is not folded */
   double memory_bytes;                           /* 0: no budget */
+  char *output;                                  /* NULL: none */
 };
+
+/* The grid of HDF5 and OpenEXR tables: incidences up to `most`, as many views, and azimuths. */
+enum { HETAB_SCENE_PHIS = 181 };
+size_t hetab_scene_thetas(double most);
+double hetab_scene_entries(const hetab_scene *scene);
+
+/* RGL tables: all but MERL, HDF5 and OpenEXR. Those of spectra among them. */
+static inline bool hetab_wants_rgl(const hetab_scene *scene) {
+  return scene->consumer <= HETAB_PBRT || scene->consumer == HETAB_CONSUMER_LOOKUP;
+}
+static inline hetab_rgl_bands hetab_wanted_bands(const hetab_scene *scene) {
+  return scene->consumer == HETAB_MITSUBA_SPECTRAL || scene->consumer == HETAB_PBRT
+             ? HETAB_RGL_SPECTRAL
+             : HETAB_RGL_RGB;
+}
+/* Whether the consumer has conductors of its own. */
+static inline bool hetab_has_materials(const hetab_scene *scene) {
+  return scene->consumer <= HETAB_PBRT;
+}
 
 #endif

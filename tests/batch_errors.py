@@ -1,0 +1,50 @@
+#!/usr/bin/python3
+"""What a batch says of its tables, against the model at directions of this file's own: relative L1 error over
+all of the surface's wavelengths, between which a reader is linear.
+
+usage: batch_errors.py BUILD FOLDER ASKED SURFACE...    fails where an error is above what was asked for"""
+import json
+import os
+import sys
+
+build, folder, asked, *names = sys.argv[1:]
+os.environ["HETAB_LIBRARY"] = os.path.join(build, "libhetab.so")
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../src/python"))
+
+import numpy
+
+import hetab
+
+NM = numpy.arange(400.0, 701.0, 10.0)
+COUNT = 1500  # directions
+
+
+def model(surface, theta_i, wo):
+    theta_r = numpy.arccos(numpy.clip(wo[:, 2], 0, 1))
+    phi = numpy.arctan2(wo[:, 1], wo[:, 0])
+    return hetab.evaluate(surface.points(theta_i, theta_r, phi))["total"]  # [band, direction]
+
+
+def error(table, surface, theta_i, random):
+    wi = numpy.tile(numpy.float32([numpy.sin(theta_i), 0, numpy.cos(theta_i)]), (COUNT, 1))
+    wo, density, _ = table.sample(wi, random.random((COUNT, 2), dtype="f4"))
+    keep = density > 0
+    read = table.eval(wi[keep], wo[keep])  # [direction, channel]
+    nm = 1e3 * numpy.asarray(table.wavelengths_um)
+    read = numpy.stack([numpy.interp(NM, nm, row) for row in read])
+    true = model(surface, theta_i, wo[keep].astype("f8")).T
+    weight = (wo[keep, 2] / density[keep])[:, None]
+    return (weight * abs(read - true)).sum() / (weight * true).sum()
+
+
+worst = 0
+for name in names:
+    with open(os.path.join(folder, name + ".json")) as file:
+        record = json.load(file)
+    table, surface = hetab.open_table(os.path.join(folder, record["table_of"] + ".bsdf")), hetab.Surface(name)
+    random = numpy.random.default_rng(7)
+    found = max(error(table, surface, numpy.radians(deg), random) for deg in (0.0, 25.0, 50.0, 70.0, 79.0))
+    print(f"{name}: {100 * found:.2f} % found, {100 * record['error_l1']:.2f} % recorded, "
+          f"{len(table.wavelengths_um)} wavelengths")
+    worst = max(worst, found)
+sys.exit(bool(worst > float(asked)))
