@@ -1,6 +1,7 @@
 #include "plan/probe.h"
 
 #include <dirent.h>
+#include <math.h>
 #include <pthread.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -29,15 +30,22 @@ static double thread_seconds(void) {
   return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-/* Bytes go with the number of wavelengths, which goes with its error to -1/2, times the shape's to
- * -3/2. */
+/* A table's bytes go with the wavelengths, and with the error that they leave to its shape to the
+ * power of -3/2. The least of several that fall with the error falls with it, too. */
 void hetab_choose_wavelengths(const hetab_plan_counts *counts, double table_error,
                               hetab_plan_item *item) {
-  size_t c = 0;
-  while (c + 1 < counts->choices && counts->error[c] > 0.25 * table_error)
-    c++;
-  item->wavelengths = counts->choices ? counts->count[c] : 3;
-  item->wavelength_error = counts->choices ? counts->error[c] : 0.0;
+  double least = INFINITY;
+  item->wavelengths = 3;
+  item->wavelength_error = 0.0;
+  for (size_t c = 0; c < counts->choices; c++) {
+    double left = table_error - counts->error[c],
+           bytes = (double)counts->count[c] * pow(left, -1.5);
+    if (left <= 0.5 * table_error || !(bytes < least))
+      continue;
+    least = bytes;
+    item->wavelengths = counts->count[c];
+    item->wavelength_error = counts->error[c];
+  }
 }
 
 static hetab_status forecast(hetab_context *ctx, const hetab_surface *surface,

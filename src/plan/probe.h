@@ -18,7 +18,7 @@ typedef struct hetab_probe {
   char description[256];
 } hetab_probe;
 
-/* Of spectra, the fewest wavelengths that leave three quarters of the error to the shape. */
+/* Of spectra, the wavelengths of the smallest table; 3 of linear sRGB. */
 void hetab_choose_wavelengths(const hetab_plan_counts *counts, double table_error,
                               hetab_plan_item *item);
 
