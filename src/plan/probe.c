@@ -16,6 +16,7 @@
 #include "core/context.h"
 #include "core/cpus.h"
 #include "core/md5.h"
+#include "plan/fixed_error.h"
 #include "plan/plan_key.h"
 #include "plan/scene.h"
 #include "rgl/rgl_model.h"
@@ -85,9 +86,11 @@ static hetab_status probe(hetab_context *ctx, const hetab_scene *scene, size_t i
   const hetab_surface *surface = scene->surfaces[i];
   item->shares = i;
   HETAB_TRY(hetab_plan_terms(ctx, scene, surface, item));
-  return item->kind == HETAB_PLAN_TABLE && hetab_wants_rgl(scene)
-             ? probe_rgl(ctx, scene, surface, item, out)
-             : HETAB_OK;
+  if (item->kind != HETAB_PLAN_TABLE)
+    return HETAB_OK;
+  item->spacing_deg = 1.0;
+  return hetab_wants_rgl(scene) ? probe_rgl(ctx, scene, surface, item, out)
+                                : hetab_fixed_error(ctx, scene, surface, item, 1, &out->error_l1);
 }
 
 /* ---- chunks -------------------------------------------------------------------------------- */
