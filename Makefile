@@ -223,7 +223,8 @@ $(BUILD)/%.o: %.c
 	$(CC) $(CPPFLAGS_ALL) $(CFLAGS_ALL) -MMD -MP -c -o $@ $<
 
 # Loops over blocks become vectors; its numbers carry the errors that its tests measure.
-$(BUILD)/src/lookup/lattice_eval.o: CFLAGS_ALL += -O3 -fno-math-errno -fno-trapping-math -ffp-contract=fast
+$(addprefix $(BUILD)/src/lookup/,lattice_eval.o dense_load.o dense_source.o lattice.o half_sampler.o): \
+  CFLAGS_ALL += -O3 -fno-math-errno -fno-trapping-math -ffp-contract=fast
 
 $(BUILD)/kernels_embedded.c: scripts/embed_kernels $(wildcard kernels/*)
 	@mkdir -p $(@D)
