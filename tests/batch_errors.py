@@ -48,13 +48,13 @@ def linear(path):
 
 def error(table, read_at, surface, theta_i, random):
     wi = numpy.tile(numpy.float32([numpy.sin(theta_i), 0, numpy.cos(theta_i)]), (COUNT, 1))
-    wo, density, _ = table.sample(wi, random.random((COUNT, 2), dtype="f4"))
-    keep = density > 0
+    drawn, _ = table.sample(wi, random.random(COUNT, dtype="f4"), random.random((COUNT, 2), dtype="f4"))
+    wo, keep = drawn["wo"], (drawn["lobe"] > 0) & (drawn["lobe"] < 3)  # without the delta
     read = read_at(wi[keep], wo[keep])  # [direction, channel]
     nm = 1e3 * numpy.asarray(table.wavelengths_um)
     read = numpy.stack([numpy.interp(NM, nm, row) for row in read])
     true = model(surface, theta_i, wo[keep].astype("f8")).T
-    weight = (wo[keep, 2] / density[keep])[:, None]
+    weight = (wo[keep, 2] / table.eval(wi[keep], wo[keep])[1])[:, None]
     return (weight * abs(read - true)).sum() / (weight * true).sum()
 
 
@@ -64,7 +64,7 @@ for name in names:
         record = json.load(file)
     path = os.path.join(folder, record["table_of"] + (".h5" if record["consumer"] == "hdf5" else ".bsdf"))
     table, surface = hetab.open_table(path), hetab.Surface(name)
-    read_at = linear(path) if path.endswith(".h5") else table.eval
+    read_at = linear(path) if path.endswith(".h5") else lambda wi, wo: table.eval(wi, wo)[0]
     random = numpy.random.default_rng(7)
     found = max(error(table, read_at, surface, numpy.radians(deg), random) for deg in (0.3, 25.0, 50.0, 70.0, 74.6))
     print(f"{name}: {100 * found:.2f} % found, {100 * record['error_l1']:.2f} % recorded, "

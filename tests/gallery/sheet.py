@@ -21,7 +21,6 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 SIDE, SAMPLES, TAUS = 64, int((sys.argv[4:] or ["64"])[0]), 2  # of each metal
-LUMINANCE = numpy.array([0.2126, 0.7152, 0.0722])
 
 
 def studio(d):
@@ -52,16 +51,11 @@ def sphere(path, random):
     along = (towards - cosine[:, None] * n) / numpy.maximum(sine, 1e-6)[:, None]
     along[sine < 1e-6] = [1, 0, 0]
     wi = numpy.stack([sine, 0 * sine, cosine], axis=-1).astype("f4")
-    rho, delta = table.albedo(wi).astype("f8"), table.specular(wi).astype("f8")
-    share = rho @ LUMINANCE / (rho @ LUMINANCE + delta @ LUMINANCE + 1e-9)  # of the samples, not for the delta
     # Evenly spread over a pixel's samples (the additive sequence of the plastic number).
     even = numpy.arange(SAMPLES)[:, None] * [0.7548776662466927, 0.5698402909980532]
     u = (even + random.random((SIDE, SIDE, 1, 2)))[inside] % 1
-    wo, density, weight = table.sample(wi, numpy.minimum(u, 0.9999999).astype("f4"))
-    mirror = random.random(len(n)) >= share
-    wo[mirror] = wi[mirror] * [-1, -1, 1]
-    weight = numpy.where(mirror[:, None], delta / numpy.maximum(1 - share, 1e-9)[:, None],
-                         numpy.where(density[:, None] > 0, weight, 0) / numpy.maximum(share, 1e-9)[:, None])
+    drawn, weight = table.sample(wi, random.random(len(n), dtype="f4"), numpy.minimum(u, 0.9999999).astype("f4"))
+    wo, weight = drawn["wo"], numpy.where(drawn["lobe"][:, None] > 0, weight, 0)
     d = wo[:, :1] * along + wo[:, 1:2] * numpy.cross(n, along) + wo[:, 2:] * n
     light = numpy.zeros((SIDE, SIDE, SAMPLES, 3))
     light[inside] = numpy.minimum(weight * studio(d), 12)
