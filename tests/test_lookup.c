@@ -370,8 +370,9 @@ enum { CASES = 3 * PRESETS + PRESETS + 2 * 3 };
 
 static void assert_samples(const char *what, const hetab_lookup *table, double theta_deg) {
   int needle = strncmp(what, "needle", 6) == 0, narrow = needle || strncmp(what, "NGGAL", 5) == 0;
-  double albedo_bound =
-      needle && strstr(what, "HDF5") ? TOL_LOOKUP_ALBEDO_NEEDLE : TOL_LOOKUP_ALBEDO;
+  double albedo_bound = !needle                ? TOL_LOOKUP_ALBEDO
+                        : strstr(what, "HDF5") ? TOL_LOOKUP_ALBEDO_NEEDLE_H5
+                                               : TOL_LOOKUP_ALBEDO_NEEDLE_MERL;
   static double share[BINS], counts[BINS + 1];
   float wi[3], albedo[3];
   double rho[3], worst_albedo = 0, worst_mean = 0;
