@@ -461,7 +461,7 @@ static void test_bad_files(void **state) {
       {ROUGH "index: {file: [a]}\n", {"s.yml:3", "key file", "a list"}},
       {ROUGH "index: {file: no.csv}\n", {"s.yml:3", "key file", "/no.csv", "No such file"}},
       {ROUGH "index: {file: .}\n", {"s.yml:3", "key file", "directory"}},
-      {ROUGH "index: {file: bad.csv}\n", {"bad.csv:2", "column 'n'"}},
+      {ROUGH "index: {file: bad.csv}\n", {"bad.csv:2", "n = -1"}},
       {METAL "diffuse_brdf: 0\ndiffuse_reflectance: 0\n", {"s.yml:4", "key diffuse_brdf", "keep"}},
       {METAL "diffuse_brdf: -1\n", {"s.yml:4", "key diffuse_brdf", "-1"}},
       {METAL "diffuse_reflectance: 20\n", {"s.yml:4", "key diffuse_reflectance", "0 to 1"}},

@@ -238,7 +238,7 @@ def define():
 
         def __init__(self, props):
             mi.BSDF.__init__(self, props)
-            path = props["filename"]
+            path = str(mi.file_resolver().resolve(props["filename"]))
             self.table = mi.load_dict({"type": "measured", "filename": path})
             with open(path, "rb") as file:
                 folded = b"specular_cone_deg" in file.read(2048)  # the delta is in the table
