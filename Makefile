@@ -170,11 +170,13 @@ kill: build ## kill writers at N random moments: nothing is torn, and litter is 
 valgrind: build ## run commands that read and write tables under valgrind (apt-get install valgrind)
 	@sh scripts/valgrind $(BUILD)/hetab
 
+# The tests of code that starts threads: look-ups, RGL tables, dense tables on devices, samplers.
+TSAN_TESTS := $(patsubst %,$(BUILD)/tsan/tests/test_%,lookup_threads rgl tabulate sampler)
 .PHONY: tsan
-tsan: setup ## run the test of threads under ThreadSanitizer
-	@$(MAKE) --no-print-directory -s BUILD=$(BUILD)/tsan CFLAGS='-O1 -g -fsanitize=thread' \
-	  $(BUILD)/tsan/tests/test_lookup_threads
-	@TSAN_OPTIONS=halt_on_error=1 $(BUILD)/tsan/tests/test_lookup_threads
+tsan: setup ## run the tests that start threads under ThreadSanitizer
+	@$(MAKE) --no-print-directory -s BUILD=$(BUILD)/tsan CFLAGS='-O1 -g -fsanitize=thread' $(TSAN_TESTS)
+	@for test in $(TSAN_TESTS); do \
+	  TSAN_OPTIONS=halt_on_error=1:suppressions=$(abspath tests/tsan.supp) $$test || exit 1; done
 
 .PHONY: format
 format: ## rewrite the C and OpenCL sources with clang-format
