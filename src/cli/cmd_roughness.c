@@ -290,8 +290,8 @@ static int run(const cli_command *self, int argc, char **argv) {
        "sigma / tau in every row, a row of one table that has the averages of another. Exit status "
        "3: a number differs by more than the rounding of the rows allows",
        &r.rows, 0, 0},
-      {CLI_FLAG, "force", 'f', NULL, "overwrite files", &r.force, 0, 0},
-      {CLI_FLAG, "quiet", 'q', NULL, "print neither results nor progress", &r.quiet, 0, 0},
+      CLI_FORCE(&r.force),
+      CLI_QUIET(&r.quiet),
       {CLI_FLAG, "json", 0, NULL,
        "print JSON: {version, scans: [{name, points, spacing_um, missing, outliers}], cutoff_um, "
        "filter, "
