@@ -68,7 +68,7 @@ check: setup ## set up, build and run the fast tests, in a minute on two cores; 
 	@PYTHON=$(PYTHON) scripts/run_tests $(BUILD) check $(T)
 
 .PHONY: golden-check
-golden-check: ## compute the reference values of tests/golden anew (apt-get install python3-mpmath), in minutes
+golden-check: setup ## compute the reference values of tests/golden anew, in minutes
 	@scripts/golden tests/golden/he_torrance.csv --check
 	@scripts/golden tests/golden/reflectance.csv --check
 
