@@ -176,7 +176,7 @@ static int write_tables(const cli_command *self, tabulate_job *job) {
   job->reports = calloc(r->files.count, sizeof *job->reports);
   if (!job->reports)
     return cli_fail("out of memory");
-  cli_progress_begin(job->ctx, hetab_surface_name(job->surface), r->quiet);
+  cli_progress_begin(hetab_surface_name(job->surface), r->quiet);
   hetab_status status = hetab_tabulate_to(job->ctx, NULL, job->surface, r->files.items,
                                           r->files.count, &options, job->reports);
   cli_progress_end();

@@ -106,6 +106,7 @@ static hetab_status plan(integration *in, const double *theta_i) {
       end = octave_end(in, first);
       in->jobs[in->job_count++] = job_of(in, &at, a, first, end);
     }
+    HETAB_TRY(hetab_progress(in->ctx, 0.0, (double)in->angle_count));
   }
   return HETAB_OK;
 }
