@@ -20,8 +20,9 @@ EXR_LIB = $(filter -lOpenEXRCore%,$(shell pkg-config --libs OpenEXR))
 PACKAGE_LIBS = $(shell pkg-config --libs-only-L hdf5) -lhdf5_hl $(shell pkg-config --libs $(PACKAGES)) $(EXR_LIB)
 CPPFLAGS_ALL = -Iinclude -Isrc -I. -DHETAB_VERSION='"$(VERSION)"' -D_GNU_SOURCE \
   -DCL_TARGET_OPENCL_VERSION=120 $(PACKAGE_FLAGS) $(CPPFLAGS)
-# No contraction: host values must not depend on what the compiler fuses.
-CFLAGS_ALL = -std=c11 -fPIC -ffp-contract=off -pthread $(WARNINGS) $(CFLAGS)
+# No contraction: host values must not depend on what the compiler fuses. Nobody asks errno after
+# sqrt() or erfc(), so that they are inlined and shared.
+CFLAGS_ALL = -std=c11 -fPIC -ffp-contract=off -fno-math-errno -pthread $(WARNINGS) $(CFLAGS)
 LIBS = $(PACKAGE_LIBS) -lm -pthread
 
 LIB_SOURCES := $(filter-out src/cli/%,$(wildcard src/*/*.c))
@@ -57,9 +58,19 @@ demo: setup ## set up, build, tabulate the report's five surfaces to out/ and pl
 	@scripts/demo $(BUILD)/hetab out
 
 .PHONY: test
-test: setup ## set up, build and run every test
+test: setup ## set up, build and run every test; T=rgl: those with rgl in their names
 	@$(MAKE) --no-print-directory -s build tests
-	@sh scripts/run_tests $(BUILD)
+	@PYTHON=$(PYTHON) scripts/run_tests $(BUILD) $(T)
+
+.PHONY: check
+check: setup ## set up, build and run the fast tests, in a minute on two cores; T= as above
+	@$(MAKE) --no-print-directory -s build tests
+	@PYTHON=$(PYTHON) scripts/run_tests $(BUILD) check $(T)
+
+.PHONY: golden-check
+golden-check: ## compute the reference values of tests/golden anew (apt-get install python3-mpmath), in minutes
+	@scripts/golden tests/golden/he_torrance.csv --check
+	@scripts/golden tests/golden/reflectance.csv --check
 
 # HETAB_SHAPE lays the kernels out as for a GPU, whatever the device is.
 .PHONY: test-gpu-shape
@@ -82,6 +93,18 @@ gallery: setup ## render tables to out/gallery/: in Mitsuba 3, and in C with the
 	@scripts/gallery_path_tracer $(BUILD) out/gallery
 	@PYTHON=$(PYTHON) scripts/gallery $(BUILD) out/gallery
 
+.PHONY: sweep
+sweep: setup ## make 1000 tables, audit them and draw 200, in out/sweep
+	@$(MAKE) --no-print-directory -s build
+	@scripts/sweep $(BUILD) out/sweep
+
+COUNT ?= 40
+.PHONY: test-cluster
+test-cluster: ## run batches by GNU parallel, Open MPI and Slurm on this machine: COUNT surfaces, 400 for its times
+	@sh scripts/setup cluster
+	@$(MAKE) --no-print-directory -s build
+	@scripts/test_cluster $(BUILD)/hetab $(COUNT)
+
 .PHONY: tests
 tests: $(TESTS) $(BUILD)/tests/exr_readback
 
@@ -95,13 +118,19 @@ bench: setup ## speed against error of every method, with plots, in out/
 	@scripts/plot_bench out/bench.csv out/bench.png
 	@scripts/plot_roofline out/bench.csv out/roofline.png
 	@scripts/bench_commands $(BUILD)/hetab
-	@$(MAKE) --no-print-directory -s $(BUILD)/tests/bench/lookup_speed
+	@$(MAKE) --no-print-directory -s $(patsubst %,$(BUILD)/tests/bench/%_speed,lookup series)
 	@$(BUILD)/tests/bench/lookup_speed out BBQAL1 BBQAL2 GGAL120 GGAL240 NGGAL | tee out/lookup.csv
+	@$(BUILD)/tests/bench/series_speed
 
 .PHONY: figures
 figures: setup ## redraw what the report's figures show, in out/figures
 	@$(MAKE) --no-print-directory -s build
 	@scripts/figures $(BUILD)/hetab out/figures
+
+.PHONY: study-filter
+study-filter: setup ## which filter makes the report's small scale of its raw heights (3 minutes)
+	@$(MAKE) --no-print-directory -s build
+	@scripts/filter_study $(BUILD)/hetab
 
 # PoCL's compiler gives the thread that loads it a signal stack, which the sanitizer would unmap.
 # Freed memory is overwritten: libraries that are not instrumented then fail on using it, too.
@@ -112,22 +141,22 @@ asan: setup ## run the tests under AddressSanitizer and UndefinedBehaviorSanitiz
 	  build tests
 	@ASAN_OPTIONS=use_sigaltstack=0:max_free_fill_size=4096:free_fill_byte=165 \
 	  LSAN_OPTIONS=suppressions=$(abspath tests/lsan.supp):print_suppressions=0 \
-	  sh scripts/run_tests $(BUILD)/asan
+	  scripts/run_tests $(BUILD)/asan $(T)
 
 # clang, libFuzzer and the sanitizers come from Debian's clang-15, which nothing else needs.
 FUZZ_CC ?= clang-15
 SECONDS ?= 60
-T ?= scan
+FUZZ_TARGET = $(or $(T),scan)
 .PHONY: fuzz
 fuzz: setup ## fuzz the reader T (tests/fuzz/targets.c) for SECONDS: make fuzz T=scan SECONDS=300
 	@command -v $(FUZZ_CC) >/dev/null || { echo "make fuzz: install clang: apt-get install clang-15"; exit 1; }
 	@$(MAKE) --no-print-directory -s BUILD=$(BUILD)/fuzz CC=$(FUZZ_CC) \
 	  CFLAGS='-O1 -g -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=undefined' \
 	  $(BUILD)/fuzz/fuzzer
-	@mkdir -p $(BUILD)/fuzz/corpus/$(T)
-	@FUZZ_TARGET=$(T) ASAN_OPTIONS=allocator_may_return_null=1:max_free_fill_size=4096:free_fill_byte=165 \
+	@mkdir -p $(BUILD)/fuzz/corpus/$(FUZZ_TARGET)
+	@FUZZ_TARGET=$(FUZZ_TARGET) ASAN_OPTIONS=allocator_may_return_null=1:max_free_fill_size=4096:free_fill_byte=165 \
 	  $(BUILD)/fuzz/fuzzer -max_total_time=$(SECONDS) -timeout=10 -rss_limit_mb=4096 \
-	  -close_fd_mask=1 -artifact_prefix=$(BUILD)/fuzz/$(T)- $(abspath $(BUILD)/fuzz/corpus/$(T) tests/fuzz/corpus/$(T))
+	  -close_fd_mask=1 -artifact_prefix=$(BUILD)/fuzz/$(FUZZ_TARGET)- $(abspath $(BUILD)/fuzz/corpus/$(FUZZ_TARGET) tests/fuzz/corpus/$(FUZZ_TARGET))
 
 INJECTED := malloc calloc realloc strdup strndup asprintf open_memstream write pwrite ftruncate fsync linkat \
   renameat read pread fread
@@ -140,6 +169,7 @@ N ?= 200
 .PHONY: kill
 kill: build ## kill writers at N random moments: nothing is torn, and litter is swept
 	@scripts/kill $(BUILD)/hetab $(N)
+	@scripts/kill_batch $(BUILD)/hetab 30
 
 .PHONY: valgrind
 valgrind: build ## run commands that read and write tables under valgrind (apt-get install valgrind)
@@ -195,7 +225,8 @@ $(BUILD)/%.o: %.c
 	$(CC) $(CPPFLAGS_ALL) $(CFLAGS_ALL) -MMD -MP -c -o $@ $<
 
 # Loops over blocks become vectors; its numbers carry the errors that its tests measure.
-$(BUILD)/src/lookup/lattice_eval.o: CFLAGS_ALL += -O3 -fno-math-errno -fno-trapping-math -ffp-contract=fast
+$(addprefix $(BUILD)/src/lookup/,lattice_eval.o dense_load.o dense_source.o lattice.o half_sampler.o): \
+  CFLAGS_ALL += -O3 -fno-trapping-math -ffp-contract=fast
 
 $(BUILD)/kernels_embedded.c: scripts/embed_kernels $(wildcard kernels/*)
 	@mkdir -p $(@D)

@@ -28,6 +28,7 @@ check "no foreign script" test "$(grep -c '</script>' odd.html)" = "$(grep -c '<
 
 works "stand-in" surfaces NGGAL --as ggx --json
 check "alpha is 2 sigma0 / tau" json "abs(d['alpha'] - 2 * 0.13 / 5.4) < 1e-9"
+check "n and k by wavelength and of three" json "len(d['bands']) == 31 and d['n_rgb'][1] == d['bands'][15]['n']"
 check "seven incidences" json "[r['theta_i_deg'] for r in d['incidences']] == [0, 15, 30, 45, 60, 75, 85]"
 works "stand-in of a file" surfaces ./odd.yml --as beckmann
 check "its energy" has '^ +0 .* 0\.9[0-9]+$|^ +0 .* 1\.0[0-9]+$'

@@ -218,8 +218,8 @@ static void test_bad_yaml(void **state) {
       {"a.yml", ENTRY "      0.4 nan 1\n", {"a.yml:4", "key data", "'nan' is not a number"}},
       {"a.yml", ENTRY "      0.4 1 inf\n", {"a.yml:4", "key data", "'inf' is not a number"}},
       {"a.yml", ENTRY "      0.4 1e999 1\n", {"a.yml:4", "key data", "1e999"}},
-      {"a.yml", ENTRY "      0.4 0 1\n", {"a.yml:4", "key data", "n > 0"}},
-      {"a.yml", ENTRY "      0.4 1 -1\n", {"a.yml:4", "key data", "k >= 0"}},
+      {"a.yml", ENTRY "      0.4 0 1\n", {"a.yml:4", "n = 0", "n > 0"}},
+      {"a.yml", ENTRY "      0.4 1 -1\n", {"a.yml:4", "k = -1", "k >= 0"}},
       {"a.yml", ENTRY "      0 1 1\n", {"a.yml:4", "key data", "length"}},
       {"a.yml", ENTRY "      0.4 1 1\n      0.4 2 2\n", {"a.yml:5", "0.4 um", "line 4"}},
       {"a.yml",
@@ -292,7 +292,7 @@ static void test_database(void **state) {
   index = load(fixture, "far.yml",
                "DATA:\n  - type: tabulated nk\n    data: |\n      0.2 1.4 -0.05\n"
                "      0.25 1.5 -0.0009\n      0.4 1.5 0\n      0.5 2.45 1\n      0.5 2.55 1\n"
-               "      1.1e6 1100 2000\n");
+               "      3 -256 1\n      1.1e6 1100 2000\n");
   assert_index(fixture, index, 0.45, 2, 0.5, 1e-14);
   assert_index(fixture, index, 0.3, 1.5, 0, 0); /* of -0.0009 and 0 */
   double n, k;
@@ -323,8 +323,8 @@ static void test_bad_csv(void **state) {
       {"a.csv", HEADER "400,NaN,1\n", {"a.csv:2", "column 'n'", "NaN"}},
       {"a.csv", HEADER "inf,1,1\n", {"a.csv:2", "column 'wavelength_nm'", "inf"}},
       {"a.csv", HEADER "400,1e400,1\n", {"a.csv:2", "column 'n'", "1e400"}},
-      {"a.csv", HEADER "400,0,1\n", {"a.csv:2", "column 'n'", "n > 0"}},
-      {"a.csv", HEADER "400,1,-1\n", {"a.csv:2", "column 'k'", "k >= 0"}},
+      {"a.csv", HEADER "400,0,1\n", {"a.csv:2", "n = 0", "n > 0"}},
+      {"a.csv", HEADER "400,1,-1\n", {"a.csv:2", "k = -1", "k >= 0"}},
       {"a.csv", HEADER "-400,1,1\n", {"a.csv:2", "column 'wavelength_nm'", "length"}},
       {"a.csv", HEADER "500,1,1\n400,1,1\n500,1,2\n", {"a.csv:4", "500 nm", "1 1; here 1 2"}},
   };

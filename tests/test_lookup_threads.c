@@ -71,8 +71,9 @@ static void save_merl(hetab_context *ctx, const char *path) {
 
 /* All that a table can be asked. */
 typedef struct answers {
-  float eval[PAIRS][BANDS], batch[PAIRS][BANDS], wo[PAIRS][3], weight[PAIRS][BANDS];
-  float density[PAIRS], pdf[PAIRS], albedo[PAIRS][BANDS], specular[PAIRS][BANDS];
+  float eval[PAIRS][BANDS], batch[PAIRS][BANDS], weight[PAIRS][BANDS];
+  float pdf[PAIRS], albedo[PAIRS][BANDS], specular[PAIRS][BANDS];
+  hetab_lookup_drawn drawn[PAIRS];
 } answers;
 
 typedef struct job {
@@ -85,13 +86,12 @@ typedef struct job {
 static void *work(void *user) {
   job *j = user;
   answers *a = j->out;
-  hetab_lookup_eval_batch(j->table, PAIRS, j->wi, j->wo, a->batch[0]);
+  hetab_lookup_eval(j->table, NULL, PAIRS, j->wi[0], j->wo[0], a->batch[0], a->pdf);
   for (size_t n = 0; n < PAIRS; n++) {
-    hetab_lookup_eval(j->table, j->wi[n], j->wo[n], a->eval[n]);
-    a->density[n] = hetab_lookup_sample(j->table, j->wi[n], j->u[n], a->wo[n], a->weight[n]);
-    a->pdf[n] = hetab_lookup_pdf(j->table, j->wi[n], j->wo[n]);
-    hetab_lookup_albedo(j->table, j->wi[n], a->albedo[n]);
-    hetab_lookup_specular(j->table, j->wi[n], a->specular[n]);
+    hetab_lookup_eval(j->table, NULL, 1, j->wi[n], j->wo[n], a->eval[n], NULL);
+    hetab_lookup_sample(j->table, NULL, 1, j->wi[n], &j->u[n][0], j->u[n], &a->drawn[n],
+                        a->weight[n]);
+    hetab_lookup_albedo(j->table, NULL, 1, j->wi[n], a->albedo[n], a->specular[n]);
   }
   return NULL;
 }
@@ -153,7 +153,40 @@ static void threads_share_a_table(void **state) {
   }
 }
 
+/* --- opening --------------------------------------------------------------------------------- */
+
+static void *open_alone(void *user) {
+  float value[BANDS];
+  hetab_context *ctx;
+  hetab_lookup *table;
+  if (hetab_context_create(&ctx) != HETAB_OK)
+    return NULL;
+  for (int i = 0; i < 10 && hetab_lookup_open(ctx, "t.h5", HETAB_LOOKUP_NEAREST, &table) == 0;
+       i++) {
+    hetab_lookup_eval(table, NULL, 1, (float[]){0, 0, 1}, (float[]){0, 0, 1}, value, NULL);
+    *(double *)user += (double)value[0];
+    hetab_lookup_free(table);
+  }
+  hetab_context_free(ctx);
+  return NULL;
+}
+
+/* HDF5 files, each thread with a context of its own: the library has a state of its own. */
+static void threads_open_tables(void **state) {
+  pthread_t threads[THREADS];
+  double sums[THREADS + 1] = {0};
+  save_h5(((fixture *)*state)->ctx, "t.h5");
+  for (int t = 0; t < THREADS; t++)
+    assert_int_equal(pthread_create(&threads[t], NULL, open_alone, &sums[t]), 0);
+  for (int t = 0; t < THREADS; t++)
+    assert_int_equal(pthread_join(threads[t], NULL), 0);
+  open_alone(&sums[THREADS]);
+  assert_true(sums[THREADS] > 0);
+  for (int t = 0; t < THREADS; t++)
+    assert_true(sums[t] == sums[THREADS]);
+}
+
 int main(void) {
-  const struct CMUnitTest tests[] = {TEST(threads_share_a_table)};
+  const struct CMUnitTest tests[] = {TEST(threads_share_a_table), TEST(threads_open_tables)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

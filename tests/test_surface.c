@@ -48,14 +48,14 @@ static char *assert_round_trip(text_fixture *fixture, const hetab_surface *surfa
 static void test_presets(void **state) {
   static const struct {
     const char *name;
-    double sigma0_um, tau_um;
-  } table1[] = {{"BBQAL1", 0.72, 5.6},
-                {"BBQAL2", 0.54, 6.5},
-                {"GGAL120", 0.86, 5.6},
-                {"GGAL240", 0.61, 4.7},
-                {"NGGAL", 0.13, 5.4}};
+    double sigma0_um, tau_um, non_uniformity, fitted_slope, a; /* the last two of Table 2 */
+  } table1[] = {{"BBQAL1", 0.72, 5.6, 0.039, 0.144, 0.70},
+                {"BBQAL2", 0.54, 6.5, 0.068, 0.080, 0.37},
+                {"GGAL120", 0.86, 5.6, 0.045, 0.166, 0.44},
+                {"GGAL240", 0.61, 4.7, 0.041, 0.158, 0.44},
+                {"NGGAL", 0.13, 5.4, 0.053, 0.02, 0.0}};
   text_fixture *fixture = *state;
-  assert_int_equal(hetab_preset_count(), 5);
+  assert_int_equal(hetab_preset_count(), 10);
   for (size_t i = 0; i < 5; i++) {
     hetab_surface *surface;
     assert_string_equal(hetab_preset_name(i), table1[i].name);
@@ -72,6 +72,20 @@ static void test_presets(void **state) {
     assert_non_null(strstr(text, "wavelengths_nm: 400:700:10\n"));
     assert_non_null(strstr(text, "index: Al "));
     free(text);
+    double bounds[2], tau_bounds[2];
+    hetab_surface_bounds(surface, bounds, tau_bounds);
+    for (int end = 0; end < 2; end++)
+      assert_true(fabs(bounds[end] / table1[i].sigma0_um - 1 +
+                       (end ? -1 : 1) * table1[i].non_uniformity) < 1e-6);
+    hetab_surface_free(surface);
+    assert_string_equal(hetab_preset_name(i + 5),
+                        strcat(strcpy((char[16]){0}, table1[i].name), "-fit"));
+    assert_non_null(strstr(hetab_preset_description(i + 5), "diffuse_brdf"));
+    assert_int_equal(hetab_surface_open(fixture->ctx, hetab_preset_name(i + 5), &surface),
+                     HETAB_OK);
+    assert_true(fabs(hetab_surface_sigma0_um(surface) / table1[i].tau_um - table1[i].fitted_slope) <
+                1e-12);
+    assert_true(fabs(hetab_surface_bands(surface)->diffuse_brdf * M_PI - table1[i].a) < 1e-12);
     hetab_surface_free(surface);
   }
 }
@@ -268,6 +282,10 @@ static void test_bounds(void **state) {
   assert_int_equal(
       hetab_surface_set_bounds(fixture->ctx, surface, (double[]){0.4, 0.6}, (double[]){4.5, 5}),
       HETAB_OK);
+  hetab_surface *by_slope = load(fixture, "sigma0_um: 0.5\ntau_um: 5\nindex: Al\n"
+                                          "slope_bounds: [0.09, 0.1]\n");
+  assert_bounds(by_slope, 0.09 * 5, 0.5, 0, 0);
+  hetab_surface_free(by_slope);
   char *text = assert_round_trip(fixture, surface);
   hetab_surface *again = load(fixture, text);
   assert_bounds(again, 0.4, 0.6, 4.5, 5);
@@ -400,6 +418,7 @@ static void test_bad_files(void **state) {
       {"sigma0_um: 1\nindex: Al\n", {"s.yml:1", "key tau_um", "missing"}},
       {ROUGH, {"s.yml:1", "key index", "missing", "{file: PATH}"}},
       {METAL "sigma0_bounds_um: 1\n", {"s.yml:4", "key sigma0_bounds_um", "[LOW, HIGH]"}},
+      {METAL "sigma0_bounds_um: [0.9, 2]\nslope_bounds: [0.1, 2]\n", {"s.yml:5", "keep one"}},
       {METAL "sigma0_bounds_um: [0.9]\n", {"s.yml:4", "the value, 1, between"}},
       {METAL "sigma0_bounds_um: [-1, 2]\n", {"s.yml:4", "key sigma0_bounds_um", "length"}},
       {METAL "tau_bounds_um: [3, 1]\n", {"s.yml:4", "the value, 2, between"}},
@@ -441,7 +460,7 @@ static void test_bad_files(void **state) {
       {ROUGH "index: {file: [a]}\n", {"s.yml:3", "key file", "a list"}},
       {ROUGH "index: {file: no.csv}\n", {"s.yml:3", "key file", "/no.csv", "No such file"}},
       {ROUGH "index: {file: .}\n", {"s.yml:3", "key file", "directory"}},
-      {ROUGH "index: {file: bad.csv}\n", {"bad.csv:2", "column n"}},
+      {ROUGH "index: {file: bad.csv}\n", {"bad.csv:2", "n = -1"}},
       {METAL "diffuse_brdf: 0\ndiffuse_reflectance: 0\n", {"s.yml:4", "key diffuse_brdf", "keep"}},
       {METAL "diffuse_brdf: -1\n", {"s.yml:4", "key diffuse_brdf", "-1"}},
       {METAL "diffuse_reflectance: 20\n", {"s.yml:4", "key diffuse_reflectance", "0 to 1"}},

@@ -2,8 +2,8 @@
  * how many cores and machines, is the caller's: `hetab batch` starts a process a core.
  *
  * Folder: plan.json; of every surface NAME.json, its record, and NAME.bsdf, .binary, .h5 or .exr
- * with NAME.specular.csv where it has a table of its own; manifest.json, index.html, and scene.xml,
- * scene.py or scene.pbrt for the renderer. */
+ * with NAME.specular.csv where it has a table of its own; manifest.json, index.html; for the
+ * renderer scene.xml, scene.py and he_torrance.py (Mitsuba), or scene.pbrt. */
 #ifndef HETAB_BATCH_H
 #define HETAB_BATCH_H
 
@@ -16,10 +16,12 @@ extern "C" {
 
 /* What a record says. */
 typedef struct hetab_batch_result {
-  double bytes;   /* of the table and what is beside it; 0 without a table */
+  double table_bytes; /* of the table; 0 without one */
+  double bytes;       /* with what is beside it */
   double seconds; /* of the process, while it was made: of one core, where that has one thread */
   double error_l1, bias; /* RGL, measured, as in hetab_rgl_report; 0: none */
-  int fits;              /* the errors are what was asked for */
+  double energy; /* RGL: the largest reflectance found, the delta beside the table with it */
+  int fits;      /* the errors are what was asked for, and no light is made */
 } hetab_batch_result;
 
 /* Whether the surface's record and files are those that the plan asks for: by key, sizes and times;

@@ -1,15 +1,16 @@
 /* The parameters of a surface from its measured BRDF.
  *
- * Objective. The report (Li & Torrance, TR PCG-05-02, 2005, Eq. 5) minimises an "energy-weighted
- * RMS". Our reading, its formula not being at hand: with every measured value weighted by the
- * energy that its direction carries,
+ * Objective. Over all pairs of directions and wavelengths used,
  *
- *   E^2 = sum w (f - f_measured)^2 / sum w f_measured^2,   w = cos(theta_i) cos(theta_r) dOmega
+ *   E^2 = sum w (f - f_measured)^2 / sum w f_measured^2
  *
- * over all pairs of directions and wavelengths used: E is relative, 0.02 being 2 %. dOmega is the
- * solid angle that a measurement stands for: at each incidence, rings about the normal with borders
- * half way between the measured theta_r, shared equally among a ring's measurements. f = f_dd +
- * f_ud of the model: the specular delta is not in it (see exclude_mirror).
+ * E is relative, 0.02 being 2 %. w = cos^2(theta_r) is the report's (Li & Torrance, TR PCG-05-02,
+ * 2005, Eq. 5 as printed), made for scans of the incidence plane, where it is the default. Of
+ * scattered directions the default is the energy that a direction carries, w = cos(theta_i)
+ * cos(theta_r) dOmega: dOmega is the solid angle that a measurement stands for: at each incidence,
+ * rings about the normal with borders half way between the measured theta_r, shared equally among a
+ * ring's measurements. f = f_dd + f_ud of the model: the specular delta is not in it (see
+ * exclude_mirror).
  *
  * Method. At given roughness and index the diffuse part is the only linear unknown: its best value
  * within its bounds and the constraint is found exactly (variable projection), so that at most
@@ -42,6 +43,8 @@ extern "C" {
 #endif
 
 typedef enum hetab_fit_weights {
+  HETAB_FIT_WEIGHTS_AUTO,     /* REPORT if all pairs used lie in the incidence plane, else ENERGY */
+  HETAB_FIT_WEIGHTS_REPORT,   /* cos^2(theta_r): Eq. 5 as printed */
   HETAB_FIT_WEIGHTS_ENERGY,   /* cos(theta_i) cos(theta_r) dOmega */
   HETAB_FIT_WEIGHTS_EQUAL,    /* 1 */
   HETAB_FIT_WEIGHTS_RELATIVE, /* 1 / f_measured^2, no smaller f than 1e-3 of the wavelength's mean
@@ -67,7 +70,7 @@ typedef enum hetab_fit_quantity {
 enum { HETAB_FIT_QUANTITIES = 5 };
 
 const char *hetab_fit_quantity_name(hetab_fit_quantity quantity); /* "slope", "sigma0_um", ... */
-const char *hetab_fit_weights_name(hetab_fit_weights weights);    /* "energy" */
+const char *hetab_fit_weights_name(hetab_fit_weights weights);    /* "report" */
 const char *hetab_fit_constraint_name(hetab_fit_constraint constraint); /* "polished" */
 
 /* One quantity: free within [low, high], or given (value > 0; DIFFUSE: >= 0). A free one may have a
@@ -81,7 +84,7 @@ typedef struct hetab_fit_parameter {
 } hetab_fit_parameter;
 
 typedef struct hetab_fit_options {
-  size_t size; /* of the struct; 0: of this header\'s */
+  size_t size; /* of the struct; 0: of this header's */
   /* Of slope, sigma0 and tau exactly two are free or given (value not 0). */
   hetab_fit_parameter parameters[HETAB_FIT_QUANTITIES];
   int one_diffuse;          /* `a`, if free, is one number for all wavelengths, not one for each */
@@ -181,10 +184,10 @@ typedef struct hetab_fit {
   size_t *free_estimates; /* [free]: places in estimates */
   double *correlation;
 
-  double error; /* E */
-  double rms;   /* unweighted, 1/sr */
-  hetab_fit_weights weights;
-  hetab_fit_constraint constraint; /* the one in force, never AUTO */
+  double error;                    /* E */
+  double rms;                      /* unweighted, 1/sr */
+  hetab_fit_weights weights;       /* those in force, never AUTO */
+  hetab_fit_constraint constraint; /* likewise */
   hetab_fit_stop stop;
   int on_constraint; /* the constraint holds the result back */
   int ambiguous;     /* another minimum is as good: see notes and starts */

@@ -31,10 +31,11 @@ typedef enum hetab_rgl_bands {
   HETAB_RGL_SPECTRAL /* the surface's wavelengths */
 } hetab_rgl_bands;
 
+/* Threads: once made, it does not change and may be shared. */
 typedef struct hetab_rgl hetab_rgl;
 
 typedef struct hetab_rgl_options {
-  size_t size; /* of the struct; 0: of this header\'s */
+  size_t size; /* of the struct; 0: of this header's */
   hetab_rgl_bands bands;
   double table_error; /* relative L1 per incidence that the shape is chosen for; 0: 0.01 */
   /* > 0: the specular delta becomes a lobe of half vectors within that angle of the normal
@@ -69,7 +70,7 @@ typedef struct hetab_rgl_report {
  * wavelengths from 400 to 700 nm in steps of at most 10 nm (HETAB_ERR_RANGE).
  *
  * Made on the host, on all cores; needs no device. Values are within 1e-4, relative L1, of the
- * series in double, compared for every surface (1.1e-5 for the presets). 0.2 to 0.3 s of one core's
+ * series in double, compared for every surface (2e-5 for the presets). 0.2 to 0.3 s of one core's
  * time at 1 %.
  * Error: the presets at the default, against the literal equations at other directions: L1 <= 1 %,
  * bias <= 0.33 %, 0.6 to 0.9 MB (tests/test_rgl.c). A needle (sigma0 0.05, tau 60 um) and a
@@ -99,7 +100,7 @@ size_t hetab_rgl_negative(const hetab_rgl *rgl);
 
 /* As the readers do it, in float: f cos(theta_o) and pdf are those of Mitsuba 3.9.1 to 2e-6, the
  * samples to 4e-5 and their densities to 2e-4 (tests/test_rgl.c). Unit vectors as in
- * <hetab/lookup.h>; thread-safe, no allocation.
+ * <hetab/lookup.h>; no allocation.
  * value[channels]: the BRDF in 1/sr, WITHOUT the cosine that the files carry; 0 if a direction is
  * not above the horizon. */
 void hetab_rgl_eval(const hetab_rgl *rgl, const float wi[3], const float wo[3], float *value);

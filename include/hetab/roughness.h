@@ -15,6 +15,7 @@ extern "C" {
 
 /* ---- heights ------------------------------------------------------------------------------- */
 
+/* Threads: once made, they do not change and may be shared. */
 typedef struct hetab_heights hetab_heights;
 
 typedef enum hetab_heights_kind {
@@ -75,12 +76,22 @@ typedef enum hetab_level {
   HETAB_LEVEL_NONE
 } hetab_level;
 
+/* What separates the small scale from the mean line, by the wavelength `cutoff`. */
+typedef enum hetab_filter {
+  HETAB_FILTER_GAUSSIAN, /* ISO 16610-21: the line keeps 2^-(cutoff/wavelength)^2 */
+  HETAB_FILTER_ROBUST,   /* ISO 16610-31, order 0: likewise, heights far off the line count less */
+  HETAB_FILTER_FOURIER,  /* the line keeps what is longer than the cut-off */
+  HETAB_FILTER_AVERAGE   /* the mean of the heights within half a cut-off on either side */
+} hetab_filter;
+const char *hetab_filter_name(hetab_filter filter); /* "Gaussian" */
+
 /* Zeroed: level by fit, no separation of scales, outliers by the default. */
 typedef struct hetab_roughness_options {
-  size_t size; /* of the struct; 0: of this header\'s */
-  /* Of the ISO 16610-21 Gaussian filter: 50 % transmission at this wavelength, um; 0: no filter;
-   * HETAB_CUTOFF_AUTO: the cut-off with the largest small-scale slope. */
+  size_t size; /* of the struct; 0: of this header's */
+  /* Of the filter, um; 0: no filter; HETAB_CUTOFF_AUTO, Gaussian only: the cut-off with the largest
+   * small-scale slope. */
   double cutoff_um;
+  hetab_filter filter;
   hetab_level level;
   /* Heights that differ from the median of the 7 about them by more than this many times the
    * robust standard deviation of all are outliers, and left out; 0: 6; negative: none are. */
@@ -125,8 +136,8 @@ typedef struct hetab_scan_statistics {
 
 /* Over scans. deviation: divisor n - 1, NaN of one scan. error: the larger of what the scatter of
  * the scans and what their own errors say; low, high: 95 % interval of the mean, from the larger
- * likewise (Student's t for the scatter). Neighbouring rows of a map are no independent scans: they
- * count as map width / (1.25 tau). */
+ * likewise (Student's t for the scatter); of sigma, tau and the slopes in the logarithm, above 0.
+ * Neighbouring rows of a map are no independent scans: they count as map width / (1.25 tau). */
 typedef struct hetab_average {
   size_t count; /* of scans with a finite value */
   double mean, deviation, error, low, high;
@@ -172,6 +183,7 @@ typedef struct hetab_roughness {
   hetab_component raw;   /* levelled, not filtered */
   hetab_component small; /* after the filter; count 0 without */
   double cutoff_um;      /* 0: none */
+  hetab_filter filter;
   hetab_cutoff_scan cutoff_scan;
   /* The first scan in two: levelled heights and the mean line, [split_count], NaN where missing;
    * the first and the last half cut-off of the line are end zones. */
@@ -182,12 +194,12 @@ typedef struct hetab_roughness {
   size_t note_count;
 } hetab_roughness;
 
-/* All scans of all inputs. Filter: ISO 16610-21, transmission 2^-(cutoff/wavelength)^2 of the mean
- * line; weights that reach beyond the end or into a gap are dropped and the rest renormalised; the
- * first and the last half cut-off are not evaluated (the standard's end zones, truncation constant
- * 0.5: elsewhere less than 0.4 % of the weights are missing). A gap longer than a tenth of the
- * cut-off ends a scan like its ends do. Cut-off: at least 10 spacings, at most half a scan.
- * HETAB_ERR_RANGE if no scan has 32 points left or all heights are equal.
+/* All scans of all inputs. Weights of the filter that reach beyond the end or into a gap are
+ * dropped and the rest renormalised; the first and the last half cut-off are not evaluated (the
+ * standard's end zones, truncation constant 0.5: elsewhere less than 0.4 % of the weights are
+ * missing). A gap longer than a tenth of the cut-off ends a scan like its ends do. Cut-off: at
+ * least 10 spacings, at most half a scan. HETAB_ERR_RANGE if no scan has 32 points left or all
+ * heights are equal.
  *
  * Measured (tests/test_roughness.c): 9 scans of 4000 points at 0.1 um, Gaussian autocorrelations of
  * the report's five surfaces plus a large scale (1 um, 150 um), 200 trials each, against the
@@ -204,32 +216,63 @@ void hetab_roughness_free(hetab_roughness *roughness); /* NULL is fine */
 
 /* The mean line of one scan z_um[count] (NaN: missing), as above; line_um[count]; evaluated[i] is 1
  * where the scan is neither missing nor in an end zone. */
-hetab_status hetab_mean_line(hetab_context *ctx, const double *z_um, size_t count,
-                             double spacing_um, double cutoff_um, double *line_um,
+hetab_status hetab_mean_line(hetab_context *ctx, hetab_filter filter, const double *z_um,
+                             size_t count, double spacing_um, double cutoff_um, double *line_um,
                              unsigned char *evaluated);
 
 /* ---- published rows ------------------------------------------------------------------------ */
 
-/* A column of a published table of scans: its summary, to check a published one. */
+enum { HETAB_AVERAGE, HETAB_DEVIATION, HETAB_NON_UNIFORMITY, HETAB_SUMMARIES };
+const char *hetab_summary_name(int kind); /* "average" */
+
 typedef struct hetab_published_column {
-  const char *name;
-  int decimals;                              /* of the rows */
-  double average, deviation, non_uniformity; /* deviation: divisor n - 1 */
-  /* What the table itself says, NaN where it does not, and whether it is what comes out at the
-   * digits that it gives. */
-  double stated[3];
-  int stated_decimals[3];
-  int agrees[3];
+  char *name;
+  int decimals;                   /* of the rows */
+  double *values;                 /* [rows] */
+  double stated[HETAB_SUMMARIES]; /* what the table itself says of them; NaN: nothing */
+  int stated_decimals[HETAB_SUMMARIES];
 } hetab_published_column;
 
-typedef struct hetab_published {
+typedef struct hetab_published_table {
+  char *name; /* the file */
   size_t rows, count;
+  char **row_names;                /* [rows] */
   hetab_published_column *columns; /* [count] */
+} hetab_published_table;
+
+typedef enum hetab_match {
+  HETAB_MATCH_EXACT,    /* to the digit that is printed */
+  HETAB_MATCH_ROUNDING, /* of rows that round to the printed ones */
+  HETAB_MATCH_OWN_ROW,  /* not from the other table, but from its own row's sigma and tau */
+  HETAB_MATCH_NONE      /* an error of the print */
+} hetab_match;
+const char *hetab_match_name(hetab_match verdict); /* "agrees" */
+
+/* A printed number and what it has to be. */
+typedef struct hetab_published_check {
+  size_t table, against;    /* where it stands, and whose rows it is checked against */
+  const char *row, *column; /* "average", or a row's name */
+  double stated;
+  int decimals;
+  double value, low, high; /* from the rows as printed, and from rows that round to them */
+  hetab_match verdict;
+} hetab_published_check;
+
+typedef struct hetab_published {
+  hetab_published_table *tables; /* [count] */
+  size_t count;
+  hetab_published_check *checks; /* [check_count] */
+  size_t check_count;
 } hetab_published;
 
 /* CSV: a header, whose first column names the scans; rows named average, deviation and
- * non-uniformity hold what the table states. */
-hetab_status hetab_published_load(hetab_context *ctx, const char *path, hetab_published **out);
+ * non-uniformity hold what the table states. Checked are these; slope = sigma / tau in every row of
+ * a table with such columns; and, of several tables, the row of one that shares at least two of
+ * another's averages. */
+hetab_status hetab_published_load(hetab_context *ctx, const char *const *paths, size_t count,
+                                  hetab_published **out);
+/* HETAB_AVERAGE ... of a column's rows as printed; deviation: divisor n - 1. */
+double hetab_published_summary(const hetab_published_table *table, size_t column, int kind);
 void hetab_published_free(hetab_published *published); /* NULL is fine */
 
 #ifdef __cplusplus

@@ -7,6 +7,7 @@
  *   tau_um: 6.5                  # correlation length, > 0
  *   sigma0_bounds_um: [0.5, 0.58] # measured spread about the value, for `hetab predict`; optional
  *   tau_bounds_um: [6.1, 6.9]     # likewise
+ *   slope_bounds: [0.077, 0.09]   # in place of sigma0_bounds_um: at this tau
  *   index: Al                    # built-in metal, or {file: Au.yml}, or {n: 0.958, k: 6.69}
  *   extrapolate_index: false     # true: allow wavelengths outside the index data
  *   diffuse_reflectance: 0.0     # pi * BRDF, or diffuse_brdf in 1/sr, never both:
@@ -28,6 +29,7 @@
 extern "C" {
 #endif
 
+/* Threads: shared where it is const; hetab_surface_set_*() by one thread, while no other reads. */
 typedef struct hetab_surface hetab_surface;
 
 /* A preset name, or a path: what contains a '/' or ends in .yml or .yaml is a path. */
@@ -38,6 +40,9 @@ hetab_status hetab_surface_preset(hetab_context *ctx, const char *name, hetab_su
 hetab_status hetab_surface_create(hetab_context *ctx, double sigma0_um, double tau_um, double n,
                                   double k, const double *lambda_um, size_t count,
                                   hetab_surface **out);
+/* One of its own, to change. */
+hetab_status hetab_surface_copy(hetab_context *ctx, const hetab_surface *surface,
+                                hetab_surface **out);
 void hetab_surface_free(hetab_surface *surface);
 
 /* Replace the wavelengths (um, ascending, > 0), sampling the index anew. A diffuse part given per

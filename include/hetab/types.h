@@ -56,7 +56,7 @@ typedef struct hetab_value {
   double specular; /* specular reflectance rho_s(theta_i), Eq. 10, dimensionless */
   double ud;       /* uniform-diffuse BRDF, Eq. 9, 1/sr */
   double total;    /* dd + ud, 1/sr: what tables hold (the specular delta is apart) */
-  double g;        /* roughness phase parameter, Eq. 12 */
+  double g;        /* roughness phase parameter, Eq. 19 */
   double x;        /* v_xy^2 tau^2 / 4 */
 } hetab_value;
 
@@ -84,9 +84,7 @@ typedef struct hetab_error_stats {
 /* The share of all entries above 1e-9 / sr that may exceed max_rel, at 95 %: 3 / compared (a share
  * p would have missed the sample with a probability of e^-(p compared)); 1: nothing was compared.
  */
-static inline double hetab_error_share_above(const hetab_error_stats *error) {
-  return error->compared > 3 ? 3.0 / (double)error->compared : 1.0;
-}
+double hetab_error_share_above(const hetab_error_stats *error);
 
 typedef struct hetab_report {
   double entries;          /* spectral entries evaluated */

@@ -11,11 +11,11 @@
  * the viewer). A white Lambertian surface that faces the first is about 1. The delta reflects
  * all three.
  *
- * Error (tests/test_view.c): lobes are the model's, in float to 3e-5, or the table's own values.
+ * Error (tests/test_view.c): lobes are the model's, in float to 5e-5, or the table's own values.
  * Maps and sphere interpolate the logarithm on rays about the mirror point: maps, median 0.9 % at
- * most, 99th percentile 22 % (beyond 80 degrees, where values fall by decades in a few degrees), of
- * pixels within four decades of the largest; a Lambertian sphere, 1.3 % of its closed form; a
- * needle of a lobe under the dome, 0.3 %. */
+ * most, 99th percentile 25 % (beyond 80 degrees, where values fall by decades in a few degrees), of
+ * pixels within four decades of the largest; a Lambertian sphere, 1.4 % of its closed form; a
+ * needle of a lobe under the dome, 0.4 %. */
 #ifndef HETAB_VIEW_H
 #define HETAB_VIEW_H
 
@@ -38,7 +38,7 @@ typedef enum hetab_view_what {
 } hetab_view_what;
 
 typedef struct hetab_view_options {
-  size_t size; /* of the struct; 0: of this header\'s */
+  size_t size; /* of the struct; 0: of this header's */
   hetab_view_what what;
   const double *theta_i; /* [theta_i_count], ascending, in [0, pi/2); NULL: 0, 30, 60, 80 degrees */
   size_t theta_i_count;  /* at most HETAB_VIEW_MOST_THETA_I */
@@ -47,6 +47,7 @@ typedef struct hetab_view_options {
   double exposure;       /* of the sphere on the page, in stops */
 } hetab_view_options;
 
+/* Threads: once made, it does not change and may be shared. */
 typedef struct hetab_view hetab_view;
 
 /* HETAB_ERR_RANGE for colour from too few wavelengths, or a wavelength that is not there. */

@@ -120,15 +120,26 @@ static void reap(crew *c) {
   }
 }
 
+/* Each number beside what was expected of it. */
+static void log_result(const char *name, const hetab_plan_item *item, const batch_slot *slot) {
+  const hetab_batch_result *r = &slot->result;
+  fprintf(stderr, "%s: %s", name, atomic_load(&slot->state) == BATCH_MADE ? "made" : "was there");
+  if (item->kind == HETAB_PLAN_SHARED && !(r->table_bytes > 0.0))
+    fprintf(stderr, ", with another's table, error %.2g %%", 100.0 * r->error_l1);
+  if (r->table_bytes > 0.0)
+    fprintf(stderr, ", %.3f MB (%.3f expected), error %.2g %% (%.2g), %.2f s (%.2f)",
+            1e-6 * r->table_bytes, 1e-6 * (double)item->bytes, 100.0 * r->error_l1,
+            100.0 * item->error_l1, r->seconds, item->seconds);
+  fputs(r->fits ? "\n" : ", NOT what was asked for\n", stderr);
+}
+
 static void log_surface(const batch_job *job, size_t i) {
   const batch_slot *slot = &job->slots[i];
   const char *name = hetab_surface_name(hetab_scene_surface(job->scene, i));
   if (atomic_load(&slot->state) == BATCH_FAILED)
     fprintf(stderr, "hetab: %s: %s\n", name, slot->message);
   else if (!job->quiet && !cli_progress_visible())
-    fprintf(stderr, "%s: %s, %.3f MB, error %.2g %%, %.2f s\n", name,
-            atomic_load(&slot->state) == BATCH_MADE ? "made" : "was there",
-            1e-6 * slot->result.bytes, 100.0 * slot->result.error_l1, slot->result.seconds);
+    log_result(name, &job->plan->items[i], slot);
 }
 
 /* Logs what is new; how many surfaces are done. */

@@ -1,12 +1,16 @@
 /* hetab batch: a scene's tables, by several processes, on several machines, as far as they are not
  * there.
  *
- * Why this holds for a thousand workers: they share a folder and nothing else. Each reads the scene
- * and plan.json once, looks at the records of its own part (a read and a stat or two for each), and
- * writes its own files, whole, by rename: there is no lock and no message. Parts are dealt by
- * expected seconds, the largest first to whoever has least, so that the tail is at most one table,
- * a fraction of a second for .bsdf. Whoever finds all records done at its end writes the overview,
- * which is one read of every record; two that finish together write the same. */
+ * Why this holds for a thousand workers: they share a folder and nothing else; there is no lock and
+ * no message. Each reads the scene; they plan it together, in chunks that whoever does one leaves
+ * for the others (plan/probe.h), and the first plan that is written is everybody's. Each then looks
+ * at the records of its own part, a read and a stat or two for each surface, and writes its own
+ * files, whole, by rename. Parts are dealt by expected seconds, the largest first to whoever has
+ * least, so that the tail is at most one table: 0.2 s for a .bsdf, 0.04 s to plan it. At its end
+ * each looks for the first record that is missing, mostly one of the next; whoever finds all writes
+ * the overview, which is one read of every record; two that finish together write the same. Ten
+ * thousand surfaces by a thousand workers: 10 tables or 2 s each, and 10 chunks or 0.4 s to plan.
+ */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -128,7 +132,7 @@ static int check_only(const cli_command *self, const batch_request *r, const het
 
 typedef struct batch_sums {
   size_t made, kept, failed;
-  double bytes, seconds, worst, expected_seconds, expected_bytes;
+  double bytes, table_bytes, seconds, worst, expected_seconds, expected_bytes;
   size_t misfits; /* tables whose error is above what was asked for */
 } batch_sums;
 
@@ -146,6 +150,7 @@ static batch_sums sum_up(const batch_job *job) {
     }
     if (state == BATCH_MADE || state == BATCH_KEPT) {
       s.bytes += slot->result.bytes;
+      s.table_bytes += slot->result.table_bytes;
       s.expected_bytes += (double)job->plan->items[i].bytes;
       s.misfits += !slot->result.fits;
       s.worst = slot->result.error_l1 > s.worst ? slot->result.error_l1 : s.worst;
@@ -156,18 +161,19 @@ static batch_sums sum_up(const batch_job *job) {
 
 static void print_sums(const batch_job *job, const batch_sums *s, double seconds, int json) {
   if (json) {
-    cli_json_print(json_pack(
-        "{sI sI sI sf sf sf sf sf sf sI}", "made", (json_int_t)s->made, "kept", (json_int_t)s->kept,
-        "failed", (json_int_t)s->failed, "seconds", seconds, "bytes", s->bytes, "planned_bytes",
-        s->expected_bytes, "core_seconds", s->seconds, "planned_core_seconds", s->expected_seconds,
-        "error_l1", s->worst, "misfits", (json_int_t)s->misfits));
+    cli_json_print(json_pack("{sI sI sI sf sf sf sf sf sf sf sI}", "made", (json_int_t)s->made,
+                             "kept", (json_int_t)s->kept, "failed", (json_int_t)s->failed,
+                             "seconds", seconds, "bytes", s->bytes, "table_bytes", s->table_bytes,
+                             "planned_bytes", s->expected_bytes, "core_seconds", s->seconds,
+                             "planned_core_seconds", s->expected_seconds, "error_l1", s->worst,
+                             "misfits", (json_int_t)s->misfits));
     return;
   }
   printf(
-      "%zu made, %zu were there, %zu failed; %.2f MB with what is beside the tables (%.2f planned "
-      "without), %.1f s of work (%.1f planned) in %.1f s\n",
-      s->made, s->kept, s->failed, 1e-6 * s->bytes, 1e-6 * s->expected_bytes, s->seconds,
-      s->expected_seconds, seconds);
+      "%zu made, %zu were there, %zu failed; tables of %.2f MB (%.2f expected), %.2f with what is "
+      "beside them; %.1f s of work (%.1f expected) in %.1f s\n",
+      s->made, s->kept, s->failed, 1e-6 * s->table_bytes, 1e-6 * s->expected_bytes, 1e-6 * s->bytes,
+      s->seconds, s->expected_seconds, seconds);
   if (s->worst > 0.0)
     printf("largest relative L1 error %.2g %% (%.2g %% asked for)\n", 100.0 * s->worst,
            100.0 * job->plan->table_error);
@@ -259,15 +265,19 @@ static int run_job(const cli_command *self, const batch_request *r) {
     return cli_fail("out of memory");
   int status = hetab_scene_load(ctx, r->scene, &scene) == HETAB_OK ? check_only(self, r, scene)
                                                                    : cli_fail_context(ctx);
+  const char *folder = r->folder || !scene ? r->folder : hetab_scene_output(scene);
+  if (status < 0 && !folder)
+    status = cli_usage(self, "no folder given: use -o DIR, or the scene's key output");
+  double share_start = (double)(r->share.number - 1) / (double)r->share.count;
   if (status < 0)
-    status = make_folder(r->folder);
-  if (status < 0 && hetab_plan_open(ctx, scene, r->folder, &plan) != HETAB_OK)
+    status = make_folder(folder);
+  if (status < 0 && hetab_plan_open(ctx, scene, folder, share_start, &plan) != HETAB_OK)
     status = cli_fail_context(ctx);
   if (status < 0) {
     batch_job job = {.ctx = ctx,
                      .scene = scene,
                      .plan = plan,
-                     .folder = r->folder,
+                     .folder = folder,
                      .jobs = r->jobs              ? (int)r->jobs
                              : r->share.source[0] ? 1
                                                   : hetab_cpu_count(),
@@ -307,8 +317,6 @@ static int parse(const cli_command *self, int argc, char **argv, batch_request *
     return cli_usage(self, "no SCENE given");
   if (argv[first + 1])
     return cli_usage(self, "unexpected argument '%s'", argv[first + 1]);
-  if (!r->folder)
-    return cli_usage(self, "no folder given: use -o DIR");
   if (r->shard && !launcher_parse(r->shard, &r->share))
     return cli_usage(self, "--shard '%s': give I/N, I from 1 to N", r->shard);
   r->scene = argv[first];
@@ -345,7 +353,8 @@ const cli_command cli_batch = {
         "--array, or 'parallel hetab batch ... --shard {}/8 ::: 1 2 3 4 5 6 7 8'. Parts are dealt "
         "by "
         "expected seconds; who finishes last writes the overview.\n\n"
-        "--json prints an object with made, kept, failed, seconds, bytes, planned_bytes, "
+        "--json prints an object with made, kept, failed, seconds, bytes, table_bytes, "
+        "planned_bytes, "
         "core_seconds, planned_core_seconds, error_l1 (the largest) and misfits, tables whose "
         "error "
         "is above what was asked for.",

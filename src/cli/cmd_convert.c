@@ -102,7 +102,7 @@ static int run(const cli_command *self, int argc, char **argv) {
        &r.specs[HETAB_PHI], 0, 0},
       {CLI_FLAG, "srgb", 0, NULL,
        "linear sRGB in the output where the input's wavelengths could be kept", &o->srgb, 0, 0},
-      {CLI_NUMBER, "table-error", 0, "E",
+      {CLI_SHARE, "table-error", 0, "E",
        "RGL: choose the resolution for a relative L1 error of E per incidence (0.01)",
        &o->table_error, 1e-4, 1},
       {CLI_COUNT, "compress", 0, "N", "HDF5: level of compression, 0 to 9 (0)", &r.compression, 0,

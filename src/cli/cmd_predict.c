@@ -15,10 +15,10 @@
 static const double preferred_um = 0.55;
 
 typedef struct request {
-  const char *surface, *theta_i, *wavelengths, *sigma0, *tau, *measurements;
+  const char *surface, *theta_i, *wavelengths, *sigma0, *tau, *slope, *measurements;
   const char *csv, *html, *device;
-  double non_uniformity, accuracy, exclude_mirror_deg, step_deg;
-  int precision, literal, json, force, quiet;
+  double non_uniformity, slope_spread, accuracy, exclude_mirror_deg, step_deg;
+  int vary, precision, literal, json, force, quiet;
 } request;
 
 typedef struct job {
@@ -31,8 +31,12 @@ typedef struct job {
   double *theta_i;  /* else those of the measurements */
   double *lambda_um;
   hetab_predict_options options;
-  hetab_prediction *prediction;
+  hetab_prediction *prediction, *with_tau;
 } job;
+
+/* What carries a spread that is the slope's: sigma0 at its tau, tau at its sigma0, or one drawn
+ * beside the other. */
+enum { VARY_SIGMA0, VARY_TAU, VARY_BOTH };
 
 /* ---- bounds -------------------------------------------------------------------------------- */
 
@@ -40,31 +44,53 @@ typedef struct job {
 static int parse_interval(const cli_command *self, const char *option, const char *text,
                           hetab_interval *out) {
   if (text && !(cli_interval(text, &out->low, &out->high) && out->low > 0))
-    return cli_usage(self, "--%s: '%s' is no interval LO:HI of lengths in um", option, text);
+    return cli_usage(self, "--%s: '%s' is no interval LO:HI of numbers above 0, lengths in um",
+                     option, text);
   return -1;
 }
 
 static int check_bounds(const cli_command *self, const request *r, hetab_roughness_bounds *bounds) {
-  int status = parse_interval(self, "sigma0", r->sigma0, &bounds->sigma0_um);
+  int given = !!r->sigma0 + !!r->slope + (r->non_uniformity >= 0) + (r->slope_spread >= 0);
+  int status = parse_interval(self, "sigma0", r->sigma0 ? r->sigma0 : r->slope, &bounds->sigma0_um);
   if (status < 0)
     status = parse_interval(self, "tau", r->tau, &bounds->tau_um);
-  if (status < 0 && r->sigma0 && r->non_uniformity >= 0)
-    status = cli_usage(self, "--sigma0 and --non-uniformity are both bounds of sigma0: keep one");
+  if (status < 0 && given > 1)
+    status = cli_usage(self, "--sigma0, --non-uniformity, --slope and --slope-spread bound the "
+                             "same: keep one");
+  if (status < 0 && r->vary && (r->tau || r->sigma0))
+    status = cli_usage(self, "--vary says what carries the slope's spread: leave out --sigma0 and "
+                             "--tau");
+  if (status < 0 && r->vary == VARY_BOTH && r->csv)
+    status = cli_usage(self, "--csv has one pair of bounds: give --vary sigma0 or --vary tau");
   return status;
 }
 
-/* What no option says, the surface's file may. */
+/* What no option says, the surface's file may. A slope is sigma0 at this tau. */
 static void fill_bounds(job *j) {
+  const request *r = j->request;
   hetab_roughness_bounds *bounds = &j->options.bounds;
   double sigma0_um[2], tau_um[2], own = hetab_surface_sigma0_um(j->surface);
+  double spread = fmax(r->non_uniformity, r->slope_spread);
   hetab_surface_bounds(j->surface, sigma0_um, tau_um);
-  if (j->request->non_uniformity >= 0)
-    bounds->sigma0_um = (hetab_interval){own * (1 - j->request->non_uniformity),
-                                         own * (1 + j->request->non_uniformity)};
-  else if (!j->request->sigma0)
+  if (spread >= 0)
+    bounds->sigma0_um = (hetab_interval){own * (1 - spread), own * (1 + spread)};
+  else if (r->slope) {
+    bounds->sigma0_um.low *= hetab_surface_tau_um(j->surface);
+    bounds->sigma0_um.high *= hetab_surface_tau_um(j->surface);
+  } else if (!r->sigma0)
     bounds->sigma0_um = (hetab_interval){sigma0_um[0], sigma0_um[1]};
-  if (!j->request->tau)
+  if (!r->tau && !r->vary)
     bounds->tau_um = (hetab_interval){tau_um[0], tau_um[1]};
+}
+
+/* The same slopes, by tau. */
+static void vary_tau(job *j) {
+  hetab_roughness_bounds *bounds = &j->options.bounds;
+  double slopes = hetab_surface_sigma0_um(j->surface) * hetab_surface_tau_um(j->surface);
+  if (bounds->sigma0_um.low > 0)
+    bounds->tau_um =
+        (hetab_interval){slopes / bounds->sigma0_um.high, slopes / bounds->sigma0_um.low};
+  bounds->sigma0_um = (hetab_interval){0, 0};
 }
 
 /* ---- incidences and wavelengths ------------------------------------------------------------ */
@@ -171,6 +197,7 @@ static int publish(const job *j) {
   const predict_report report = {.surface = j->surface,
                                  .measurements = j->measurements,
                                  .prediction = j->prediction,
+                                 .with_tau = j->with_tau,
                                  .theta_i_count = j->options.theta_i_count,
                                  .lambda_count = j->options.lambda_count,
                                  .accuracy = j->options.accuracy};
@@ -195,8 +222,14 @@ static int predict(job *j) {
     return CLI_FAILURE;
   hetab_status status = open_inputs(j);
   j->options.measurements = j->measurements;
+  if (status == HETAB_OK && r->vary == VARY_TAU)
+    vary_tau(j);
   if (status == HETAB_OK)
     status = hetab_predict(j->ctx, j->engine, j->surface, &j->options, &j->prediction);
+  if (status == HETAB_OK && r->vary == VARY_BOTH) {
+    vary_tau(j);
+    status = hetab_predict(j->ctx, j->engine, j->surface, &j->options, &j->with_tau);
+  }
   return status == HETAB_OK ? publish(j) : cli_fail_context(j->ctx);
 }
 
@@ -211,6 +244,7 @@ static int run_request(const request *r, const hetab_roughness_bounds *bounds) {
     return CLI_FAILURE;
   int status = predict(&j);
   hetab_prediction_free(j.prediction);
+  hetab_prediction_free(j.with_tau);
   hetab_measurements_free(j.measurements);
   hetab_engine_free(j.engine);
   hetab_grid_free(j.grid);
@@ -236,15 +270,24 @@ static int parse(const cli_command *self, int argc, char **argv, request *r, int
       {CLI_TEXT, "wavelengths", 0, "SPEC",
        "wavelengths in nm: start:stop:step or a list (the one nearest to 550)", &r->wavelengths, 0,
        0},
-      {CLI_NUMBER, "non-uniformity", 0, "X",
-       "bounds sigma0 (1 - X) and sigma0 (1 + X): the standard deviation of sigma0 over its mean",
+      {CLI_SHARE, "non-uniformity", 0, "X",
+       "bounds sigma0 (1 - X) and sigma0 (1 + X): the standard deviation of sigma0 over its mean; "
+       "0.068 or 6.8%",
        &r->non_uniformity, 0, 0.99},
+      {CLI_TEXT, "slope", 0, "LO:HI", "bounds of sigma0 / tau", &r->slope, 0, 0},
+      {CLI_SHARE, "slope-spread", 0, "X",
+       "bounds of sigma0 / tau: the slope times 1 - X and 1 + X, as the report varies it",
+       &r->slope_spread, 0, 0.99},
+      {CLI_CHOICE, "vary", 0, "sigma0|tau|both",
+       "what carries the spread of the slope: sigma0 at the surface's tau, tau at its sigma0, or "
+       "one drawn beside the other (sigma0)",
+       &r->vary, 0, 0},
       {CLI_TEXT, "sigma0", 0, "LO:HI", "bounds of sigma0 in um (those in SURFACE's file)",
        &r->sigma0, 0, 0},
       {CLI_TEXT, "tau", 0, "LO:HI", "bounds of tau in um (those in SURFACE's file)", &r->tau, 0, 0},
       {CLI_TEXT, "measurements", 0, "FILE",
        "measured BRDFs to judge: .brdf, .astm, .csv, .binary or .h5", &r->measurements, 0, 0},
-      {CLI_NUMBER, "accuracy", 0, "X", "relative error that a measured value may have (0)",
+      {CLI_SHARE, "accuracy", 0, "X", "relative error that a measured value may have (0)",
        &r->accuracy, 0, 0.99},
       {CLI_NUMBER, "exclude-mirror", 0, "DEG",
        "leave out measurements this near the mirror direction, where the specular delta is (0)",
@@ -265,7 +308,7 @@ static int parse(const cli_command *self, int argc, char **argv, request *r, int
        "print JSON: {surface, version, sigma0_um: {value, low, high}, tau_um, error, theta_r_deg, "
        "curves: [{wavelength_nm, theta_i_deg, peak_theta_r_deg, f, low, high, rho_s}], measured: "
        "{name, accuracy, plane: {points, within, below, above, fraction_within, bias}, "
-       "hemisphere, skipped, points}}",
+       "hemisphere, skipped, points}, with_tau: the curves of --vary both again}",
        &r->json, 0, 0},
       {0},
   };
@@ -273,7 +316,7 @@ static int parse(const cli_command *self, int argc, char **argv, request *r, int
 }
 
 static int run(const cli_command *self, int argc, char **argv) {
-  request r = {.non_uniformity = -1};
+  request r = {.non_uniformity = -1, .slope_spread = -1};
   hetab_roughness_bounds bounds = {0};
   int first, status = parse(self, argc, argv, &r, &first);
   if (status < 0 && !argv[first])

@@ -18,7 +18,7 @@ enum { PUBLISHED_DIFFERS = 3 }; /* exit status */
 typedef struct request {
   const char *cutoff, *unit, *columns, *csv, *html, *surface, *index, *rows;
   double spacing_um, resample_um, outlier, wavelength_nm, cutoff_um;
-  int level, force, json, quiet, decimal, ignore_checksums;
+  int level, filter, force, json, quiet, decimal, ignore_checksums;
 } request;
 
 typedef struct roughness_job {
@@ -100,6 +100,7 @@ static int load_scans(roughness_job *job, char **paths, size_t count) {
 static int measure(roughness_job *job) {
   const request *r = job->request;
   hetab_roughness_options options = {.cutoff_um = r->cutoff_um,
+                                     .filter = (hetab_filter)r->filter,
                                      .level = (hetab_level)r->level,
                                      .outlier = r->outlier > 0 ? r->outlier : -1,
                                      .wavelength_um = r->wavelength_nm / 1000};
@@ -188,9 +189,18 @@ static int run_scans(roughness_job *job, char **paths, size_t count) {
   return status < 0 ? publish(job) : status;
 }
 
-static int run_rows(roughness_job *job) {
+/* The option's own file and those after it. */
+static int run_rows(roughness_job *job, char **paths, size_t count) {
+  const char **tables = calloc(count + 1, sizeof *tables);
   hetab_published *published;
-  if (hetab_published_load(job->ctx, job->request->rows, &published) != HETAB_OK)
+  if (!tables)
+    return cli_fail("out of memory");
+  tables[0] = job->request->rows;
+  for (size_t i = 0; i < count; i++)
+    tables[i + 1] = paths[i];
+  hetab_status loaded = hetab_published_load(job->ctx, tables, count + 1, &published);
+  free(tables);
+  if (loaded != HETAB_OK)
     return cli_fail_context(job->ctx);
   int status = roughness_published_agrees(published) ? CLI_OK : PUBLISHED_DIFFERS;
   if (job->request->json)
@@ -205,7 +215,7 @@ static int start(const request *r, char **paths, size_t count) {
   roughness_job job = {.request = r, .ctx = cli_context()};
   if (!job.ctx)
     return CLI_FAILURE;
-  int status = r->rows ? run_rows(&job) : run_scans(&job, paths, count);
+  int status = r->rows ? run_rows(&job, paths, count) : run_scans(&job, paths, count);
   for (size_t i = 0; i < job.count; i++)
     hetab_heights_free((hetab_heights *)job.heights[i]);
   free(job.heights);
@@ -218,8 +228,8 @@ static int check_request(const cli_command *self, request *r, char **paths) {
   const char *const outputs[] = {r->csv, r->html, r->surface};
   if (!r->rows && !*paths)
     return cli_usage(self, "no SCAN given");
-  if (r->rows && *paths)
-    return cli_usage(self, "--rows takes no SCAN: '%s'", *paths);
+  if (r->filter && !r->cutoff)
+    return cli_usage(self, "--filter needs --cutoff: how long are the waves that it takes?");
   if (r->cutoff && strcmp(r->cutoff, "auto") == 0)
     r->cutoff_um = HETAB_CUTOFF_AUTO;
   else if (r->cutoff && !(cli_number(r->cutoff, &r->cutoff_um) && r->cutoff_um > 0))
@@ -238,9 +248,13 @@ static int run(const cli_command *self, int argc, char **argv) {
   int first;
   const cli_option options[] = {
       {CLI_TEXT, "cutoff", 0, "UM|auto",
-       "separate the small scale with an ISO 16610-21 Gaussian filter of this cut-off; auto: the "
-       "one with the largest sigma / tau, with the cut-offs tried",
+       "separate the small scale with a filter of this cut-off; auto: the one with the largest "
+       "sigma / tau, with the cut-offs tried",
        &r.cutoff, 0, 0},
+      {CLI_CHOICE, "filter", 0, "gaussian|robust|fourier|average",
+       "the Gaussian filter of ISO 16610-21, the robust one of ISO 16610-31, all that is shorter "
+       "than the cut-off, or less the mean over it (gaussian)",
+       &r.filter, 0, 0},
       {CLI_NUMBER, "spacing", 0, "UM", "between heights, for text without x and maps without sizes",
        &r.spacing_um, 1e-6, 1e4},
       {CLI_TEXT, "unit", 0, "UNIT",
@@ -270,20 +284,26 @@ static int run(const cli_command *self, int argc, char **argv) {
       {CLI_TEXT, "index", 0, "INDEX", "of that surface: a metal, n=N or n=N,k=K, or a file",
        &r.index, 0, 0},
       {CLI_TEXT, "rows", 0, "FILE",
-       "instead of scans: check the summary of a published table. CSV: a header, a row per scan, "
-       "rows named average, deviation, non-uniformity. Exit status 3: one differs",
+       "instead of scans: check published tables, this one and those named after it. CSV: a "
+       "header, "
+       "a row per scan, rows named average, deviation, non-uniformity. Checked: these, slope = "
+       "sigma / tau in every row, a row of one table that has the averages of another. Exit status "
+       "3: a number differs by more than the rounding of the rows allows",
        &r.rows, 0, 0},
       {CLI_FLAG, "force", 'f', NULL, "overwrite files", &r.force, 0, 0},
       {CLI_FLAG, "quiet", 'q', NULL, "print neither results nor progress", &r.quiet, 0, 0},
       {CLI_FLAG, "json", 0, NULL,
        "print JSON: {version, scans: [{name, points, spacing_um, missing, outliers}], cutoff_um, "
+       "filter, "
        "raw and small: {sigma_um, tau_um, slope, rms_slope, skewness, kurtosis: {average, "
        "deviation, error, interval}, non_uniformity, normal_distance, misfit_gaussian, "
        "misfit_exponential, lag_step_um, correlation, histogram, scans: [{scan, points, length_um, "
        "sigma_um ...: {value, error}, independent ...}]}, cutoff_scan: {trials: [{cutoff_um, "
        "sigma_um, tau_um, slope, smooth}], sigma_um, tau_um, misfit, from_fit}, curvature_um, "
-       "notes}; with --rows {version, rows, columns: [{name, average, deviation, non_uniformity: "
-       "{value, stated, agrees}}]}",
+       "notes, split: {levelled_um, line_um} of the first scan}; with --rows {version, tables: "
+       "[{name, rows, columns: [{name, average, deviation, "
+       "non_uniformity}]}], checks: [{table, against, row, column, stated, value, low, high, "
+       "verdict}]}",
        &r.json, 0, 0},
       {0},
   };

@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "cli.h"
 #include "options.h"
@@ -18,7 +19,7 @@ static int find_metal(const char *name, size_t *metal) {
 
 static int find_preset(const char *name, size_t *preset) {
   for (*preset = 0; *preset < hetab_preset_count(); ++*preset)
-    if (strcmp(name, hetab_preset_name(*preset)) == 0)
+    if (strcasecmp(name, hetab_preset_name(*preset)) == 0)
       return 1;
   return 0;
 }
@@ -61,18 +62,23 @@ static int list_text(void) {
 
 /* ---- one preset ---------------------------------------------------------------------------- */
 
-static int print_preset_json(const hetab_surface *surface, size_t preset) {
+static json_t *bands_json(const hetab_surface *surface) {
   json_t *bands = json_array();
   for (size_t i = 0; i < hetab_surface_band_count(surface); i++) {
     const hetab_band *b = &hetab_surface_bands(surface)[i];
     json_array_append_new(bands, json_pack("{sf sf sf sf}", "wavelength_nm", 1000 * b->lambda_um,
                                            "n", b->n, "k", b->k, "diffuse_brdf", b->diffuse_brdf));
   }
-  return cli_json_print(json_pack(
-      "{so so sf sf so so}", "name", cli_json_text(hetab_surface_name(surface)), "description",
-      cli_json_text(hetab_preset_description(preset)), "sigma0_um",
-      hetab_surface_sigma0_um(surface), "tau_um", hetab_surface_tau_um(surface), "index_source",
-      cli_json_text(hetab_index_source(hetab_surface_index(surface))), "bands", bands));
+  return bands;
+}
+
+static int print_preset_json(const hetab_surface *surface, size_t preset) {
+  return cli_json_print(
+      json_pack("{so so sf sf so so}", "name", cli_json_text(hetab_surface_name(surface)),
+                "description", cli_json_text(hetab_preset_description(preset)), "sigma0_um",
+                hetab_surface_sigma0_um(surface), "tau_um", hetab_surface_tau_um(surface),
+                "index_source", cli_json_text(hetab_index_source(hetab_surface_index(surface))),
+                "bands", bands_json(surface)));
 }
 
 static int print_yaml(hetab_context *ctx, const hetab_surface *surface) {
@@ -110,9 +116,9 @@ static json_t *stand_in_json(const hetab_surface *surface, const double *theta_d
     json_array_append_new(k, json_real(rgb[c].k));
   }
   double alpha = hetab_stand_in_alpha(surface);
-  return json_pack("{so sf sf so so so}", "name", cli_json_text(hetab_surface_name(surface)),
-                   "alpha", alpha, "roughness", sqrt(alpha), "n_rgb", n, "k_rgb", k, "incidences",
-                   rows);
+  return json_pack("{so sf sf so so so so}", "name", cli_json_text(hetab_surface_name(surface)),
+                   "alpha", alpha, "roughness", sqrt(alpha), "n_rgb", n, "k_rgb", k, "bands",
+                   bands_json(surface), "incidences", rows);
 }
 
 static int stand_in_text(const hetab_surface *surface, const double *theta_deg,
@@ -123,7 +129,7 @@ static int stand_in_text(const hetab_surface *surface, const double *theta_deg,
   for (int c = 0; c < 3; c++)
     printf("%-14s%.4g + %.4gi at %g nm\n", c ? "" : "index", rgb[c].n, rgb[c].k,
            1e3 * rgb[c].lambda_um);
-  puts("              ('hetab surfaces METAL' prints n and k by wavelength)\n\n"
+  puts("              (--json: at every wavelength)\n\n"
        "At 550 nm, the share of what is reflected that only a mirror gives (a delta), how far the\n"
        "stand-in is from the model's lobe, and its energy over all that the model reflects:\n"
        "theta_i   mirror    error   energy");

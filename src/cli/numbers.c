@@ -16,6 +16,18 @@ int cli_number(const char *text, double *value) {
   return 1;
 }
 
+int cli_share(const char *text, double *value) {
+  char number[64];
+  size_t length = strcspn(text, "%");
+  if (!text[length])
+    return cli_number(text, value);
+  snprintf(number, sizeof number, "%.*s", (int)length, text);
+  if (length >= sizeof number || text[length + 1] || !cli_number(number, value))
+    return 0;
+  *value /= 100;
+  return 1;
+}
+
 int cli_interval(const char *text, double *low, double *high) {
   char first[64];
   int length = (int)strcspn(text, ":");

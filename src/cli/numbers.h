@@ -8,6 +8,9 @@
 /* A finite decimal number that is the whole text (spaces around it allowed). Returns 0 if not. */
 int cli_number(const char *text, double *value);
 
+/* Likewise, or with a percent sign: "3.9%" is 0.039. */
+int cli_share(const char *text, double *value);
+
 /* "LOW:HIGH", the lower one first. Returns 0 if not. */
 int cli_interval(const char *text, double *low, double *high);
 

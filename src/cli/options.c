@@ -85,11 +85,11 @@ static int parse_choice(const cli_command *self, const cli_option *o, const char
 
 static int parse_range(const cli_command *self, const cli_option *o, const char *text) {
   double number;
-  if (!cli_number(text, &number))
+  if (!(o->kind == CLI_SHARE ? cli_share : cli_number)(text, &number))
     return cli_usage(self, "--%s: '%s' is not a number", o->name, text);
   if (number < o->min || number > o->max)
     return cli_usage(self, "--%s: %s is outside %.10g to %.10g", o->name, text, o->min, o->max);
-  if (o->kind == CLI_NUMBER)
+  if (o->kind != CLI_COUNT)
     *(double *)o->value = number;
   else if (number == floor(number))
     *(size_t *)o->value = (size_t)number;

@@ -12,6 +12,7 @@ typedef enum cli_kind {
   CLI_TEXT,   /* const char * */
   CLI_LIST,   /* cli_list: may be given several times */
   CLI_NUMBER, /* double in [min, max] */
+  CLI_SHARE,  /* likewise, "3.9%" being 0.039 */
   CLI_COUNT,  /* size_t in [min, max] */
   CLI_CHOICE  /* int: which of the words "a|b|c" that `argument` lists */
 } cli_kind;

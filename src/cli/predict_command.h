@@ -10,9 +10,13 @@ typedef struct predict_report {
   const hetab_surface *surface;
   const hetab_measurements *measurements; /* NULL: none */
   const hetab_prediction *prediction;
+  const hetab_prediction *with_tau;   /* the same slopes by tau; NULL: not asked for */
   size_t theta_i_count, lambda_count; /* of the prediction's curves */
   double accuracy;
 } predict_report;
+
+/* "sigma0 at fixed tau", "tau at fixed sigma0", "sigma0 and tau"; NULL without bounds. */
+const char *predict_varied(const hetab_prediction *prediction);
 
 /* The delta of a rough surface is e^-g: what float leaves of it at 1e-40 is nothing. */
 static inline double predict_shown(double rho_s) {

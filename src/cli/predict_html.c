@@ -43,7 +43,7 @@ static void draw_curve(const svg_plot *plot, const predict_report *r, size_t ind
   enum { STRIDE = sizeof(hetab_bounds) / sizeof(double) };
   const hetab_prediction *p = r->prediction;
   const hetab_prediction_curve *curve = &p->curves[index];
-  char style[48], title[64];
+  char style[96], title[64];
   snprintf(title, sizeof title, "theta_i %.4g deg, %.6g nm", hetab_degrees(curve->theta_i),
            1000 * curve->lambda_um);
   colour_of(r, index % r->theta_i_count, "fill", style);
@@ -51,6 +51,12 @@ static void draw_curve(const svg_plot *plot, const predict_report *r, size_t ind
            title);
   colour_of(r, index % r->theta_i_count, "stroke", style);
   svg_line(plot, p->theta_r, &curve->f->nominal, p->theta_r_count, STRIDE, style, title);
+  if (!r->with_tau)
+    return;
+  strcat(style, ";stroke-dasharray:4 3;stroke-width:1");
+  const hetab_bounds *f = r->with_tau->curves[index].f;
+  svg_line(plot, p->theta_r, &f->low, p->theta_r_count, STRIDE, style, title);
+  svg_line(plot, p->theta_r, &f->high, p->theta_r_count, STRIDE, style, title);
 }
 
 /* Filled: within the bounds. */
@@ -107,6 +113,8 @@ static void write_key(FILE *out, const predict_report *r) {
     svg_key(out, style, text);
   }
   fputs("<span>shaded: between the bounds</span>", out);
+  if (r->with_tau)
+    fputs("<span>dashed: bounds of the same slopes by tau</span>", out);
   if (r->measurements)
     fputs("<span>dots: measured, hollow where outside the bounds</span>", out);
   fputs("</div>\n", out);
@@ -189,10 +197,10 @@ void predict_html(FILE *out, const predict_report *r) {
   write_interval(out, "sigma0", hetab_surface_sigma0_um(r->surface), p->bounds.sigma0_um);
   write_interval(out, ", tau", hetab_surface_tau_um(r->surface), p->bounds.tau_um);
   fprintf(out,
-          "</p><p>Bounds: the model's envelope over the whole interval; what it misses is below "
-          "%.1g of the value. The specular delta is not in the curves: its reflectance is rho_s in "
-          "the table. hetab %s</p>\n",
-          p->error, hetab_version());
+          "</p><p>Varied: %s. Bounds: the model's envelope over the whole interval; what it misses "
+          "is below %.1g of the value. The specular delta is not in the curves: its reflectance is "
+          "rho_s in the table. hetab %s</p>\n",
+          predict_varied(p) ? predict_varied(p) : "nothing", p->error, hetab_version());
   write_counts(out, r);
   for (size_t w = 0; w < r->lambda_count; w++)
     write_wavelength(out, r, w);

@@ -60,17 +60,22 @@ static json_t *measured_json(const predict_report *r) {
                    points);
 }
 
-json_t *predict_json(const predict_report *r) {
-  const hetab_prediction *p = r->prediction;
-  hetab_roughness_bounds b = p->bounds;
+static json_t *curves_json(const hetab_prediction *p) {
   json_t *curves = json_array();
   for (size_t i = 0; i < p->curve_count; i++)
     json_array_append_new(curves, curve_json(p, &p->curves[i]));
+  return curves;
+}
+
+json_t *predict_json(const predict_report *r) {
+  const hetab_prediction *p = r->prediction;
+  hetab_roughness_bounds b = p->bounds;
   return json_pack(
-      "{so ss so so sf so so so}", "surface", cli_json_text(hetab_surface_name(r->surface)),
+      "{so ss so so sf so so so so}", "surface", cli_json_text(hetab_surface_name(r->surface)),
       "version", hetab_version(), "sigma0_um",
       bounds_json(hetab_surface_sigma0_um(r->surface), b.sigma0_um.low, b.sigma0_um.high), "tau_um",
       bounds_json(hetab_surface_tau_um(r->surface), b.tau_um.low, b.tau_um.high), "error", p->error,
-      "theta_r_deg", degrees_json(p->theta_r, p->theta_r_count), "curves", curves, "measured",
-      measured_json(r));
+      "theta_r_deg", degrees_json(p->theta_r, p->theta_r_count), "curves", curves_json(p),
+      "measured", measured_json(r), "with_tau",
+      r->with_tau ? curves_json(r->with_tau) : json_null());
 }

@@ -32,8 +32,22 @@ static void print_skipped(const predict_report *r) {
            s.not_finite);
 }
 
-static int has_bounds(const hetab_roughness_bounds *b) {
-  return b->sigma0_um.low < b->sigma0_um.high || b->tau_um.low < b->tau_um.high;
+const char *predict_varied(const hetab_prediction *p) {
+  static const char *const words[] = {NULL, "sigma0 at fixed tau", "tau at fixed sigma0",
+                                      "sigma0 and tau"};
+  return words[(p->bounds.sigma0_um.low < p->bounds.sigma0_um.high) +
+               2 * (p->bounds.tau_um.low < p->bounds.tau_um.high)];
+}
+
+static void print_with_tau(const hetab_prediction *p) {
+  printf("\nthe same slopes by tau, %.5g to %.5g um:\n", p->bounds.tau_um.low,
+         p->bounds.tau_um.high);
+  for (size_t i = 0; i < p->curve_count; i++) {
+    const hetab_bounds *peak = peak_of(p, &p->curves[i]);
+    printf("%6.5g %8.4g %8.4g %10.4g %10.4g %10.4g\n", 1000 * p->curves[i].lambda_um,
+           hetab_degrees(p->curves[i].theta_i), hetab_degrees(p->curves[i].peak), peak->nominal,
+           peak->low, peak->high);
+  }
 }
 
 void predict_print(const predict_report *r) {
@@ -51,10 +65,14 @@ void predict_print(const predict_report *r) {
            predict_shown(c->specular.nominal), predict_shown(c->specular.low),
            predict_shown(c->specular.high));
   }
-  if (has_bounds(&p->bounds))
-    printf("\nthe bounds miss less than %.1g of the value\n", p->error);
+  if (r->with_tau)
+    print_with_tau(r->with_tau);
+  if (predict_varied(p))
+    printf("\nvaried: %s; the bounds miss less than %.1g of the value\n", predict_varied(p),
+           p->error);
   else
-    puts("\nno bounds: the surface's file has none; give --non-uniformity, --sigma0 or --tau");
+    puts("\nno bounds: the surface's file has none; give --slope-spread, --slope, --sigma0 or "
+         "--tau");
   if (!r->measurements)
     return;
   print_count("incidence plane", &p->plane);

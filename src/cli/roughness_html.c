@@ -228,7 +228,8 @@ void roughness_html(FILE *out, const hetab_roughness *r) {
   fputs("<h2>Unfiltered, levelled</h2>", out);
   write_component(out, r, &r->raw);
   if (r->small.count) {
-    fprintf(out, "<h2>Small scale, cut-off %.4g \u00b5m</h2>", r->cutoff_um);
+    fprintf(out, "<h2>Small scale, %s filter, cut-off %.4g \u00b5m</h2>",
+            hetab_filter_name(r->filter), r->cutoff_um);
     write_component(out, r, &r->small);
   }
   hetab_page_end(out);

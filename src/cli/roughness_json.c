@@ -76,33 +76,51 @@ static json_t *cutoffs_json(const hetab_cutoff_scan *s) {
                    "misfit", cli_json_number(s->misfit), "from_fit", s->from_fit);
 }
 
+/* The first scan in two. */
+static json_t *split_json(const hetab_roughness *r) {
+  return json_pack("{so so}", "levelled_um",
+                   cli_json_numbers(r->split_levelled_um, r->split_count, 1), "line_um",
+                   cli_json_numbers(r->split_line_um, r->split_count, 1));
+}
+
 json_t *roughness_json(const hetab_roughness *r) {
   json_t *notes = json_array();
   for (size_t i = 0; i < r->note_count; i++)
     json_array_append_new(notes, cli_json_text(r->notes[i]));
-  return json_pack("{ss so so so so so so so}", "version", hetab_version(), "scans",
+  return json_pack("{ss so so so so so so so so so}", "version", hetab_version(), "scans",
                    sources_json(r), "cutoff_um",
-                   r->small.count ? json_real(r->cutoff_um) : json_null(), "raw",
+                   r->small.count ? json_real(r->cutoff_um) : json_null(), "filter",
+                   r->small.count ? json_string(hetab_filter_name(r->filter)) : json_null(), "raw",
                    component_json(&r->raw), "small", component_json(&r->small), "cutoff_scan",
                    cutoffs_json(&r->cutoff_scan), "curvature_um", cli_json_number(r->curvature_um),
-                   "notes", notes);
+                   "notes", notes, "split", r->split_count ? split_json(r) : json_null());
+}
+
+static json_t *published_table_json(const hetab_published_table *t) {
+  json_t *columns = json_array();
+  for (size_t i = 0; i < t->count; i++)
+    json_array_append_new(
+        columns,
+        json_pack("{so so so so}", "name", cli_json_text(t->columns[i].name), "average",
+                  cli_json_number(hetab_published_summary(t, i, HETAB_AVERAGE)), "deviation",
+                  cli_json_number(hetab_published_summary(t, i, HETAB_DEVIATION)), "non_uniformity",
+                  cli_json_number(hetab_published_summary(t, i, HETAB_NON_UNIFORMITY))));
+  return json_pack("{so sI so}", "name", cli_json_text(t->name), "rows", (json_int_t)t->rows,
+                   "columns", columns);
 }
 
 json_t *roughness_published_json(const hetab_published *p) {
-  static const char *const names[3] = {"average", "deviation", "non_uniformity"};
-  json_t *columns = json_array();
-  for (size_t i = 0; i < p->count; i++) {
-    const hetab_published_column *c = &p->columns[i];
-    const double values[3] = {c->average, c->deviation, c->non_uniformity};
-    json_t *column = json_pack("{so}", "name", cli_json_text(c->name));
-    for (int k = 0; k < 3; k++)
-      json_object_set_new(
-          column, names[k],
-          json_pack("{so so so}", "value", cli_json_number(values[k]), "stated",
-                    cli_json_number(c->stated[k]), "agrees",
-                    isnan(c->stated[k]) ? json_null() : json_boolean(c->agrees[k])));
-    json_array_append_new(columns, column);
+  json_t *tables = json_array(), *checks = json_array();
+  for (size_t i = 0; i < p->count; i++)
+    json_array_append_new(tables, published_table_json(&p->tables[i]));
+  for (size_t i = 0; i < p->check_count; i++) {
+    const hetab_published_check *c = &p->checks[i];
+    json_array_append_new(
+        checks, json_pack("{sI sI so so sf so so so ss}", "table", (json_int_t)c->table, "against",
+                          (json_int_t)c->against, "row", cli_json_text(c->row), "column",
+                          cli_json_text(c->column), "stated", c->stated, "value",
+                          cli_json_number(c->value), "low", cli_json_number(c->low), "high",
+                          cli_json_number(c->high), "verdict", hetab_match_name(c->verdict)));
   }
-  return json_pack("{ss sI so}", "version", hetab_version(), "rows", (json_int_t)p->rows, "columns",
-                   columns);
+  return json_pack("{ss so so}", "version", hetab_version(), "tables", tables, "checks", checks);
 }

@@ -129,7 +129,8 @@ void roughness_print(const hetab_roughness *r) {
   print_component(&r->raw);
   print_cutoffs(r);
   if (r->small.count) {
-    printf("\nSmall scale, behind the Gaussian filter with cut-off %.4g um\n", r->cutoff_um);
+    printf("\nSmall scale, behind the %s filter with cut-off %.4g um\n",
+           hetab_filter_name(r->filter), r->cutoff_um);
     print_component(&r->small);
   }
   printf("\nRadius of curvature, rms, about %.3g um\n", r->curvature_um);
@@ -161,8 +162,12 @@ static void csv_component(FILE *out, const hetab_roughness *r, const hetab_compo
       hetab_estimate e = roughness_estimate(s, f);
       fprintf(out, ",%.10g,%.4g", e.value, e.error);
     }
-    fprintf(out, ",%.5g,%.5g,%.5g,%.5g\n", s->independent, s->normal_distance, s->misfit_gaussian,
+    fprintf(out, ",%.5g,%.5g,%.5g,%.5g,", s->independent, s->normal_distance, s->misfit_gaussian,
             s->misfit_exponential);
+    if (c == &r->small)
+      fprintf(out, "%s,%.10g\n", hetab_filter_name(r->filter), r->cutoff_um);
+    else
+      fputs("none,\n", out);
   }
 }
 
@@ -170,7 +175,7 @@ void roughness_csv(FILE *out, const hetab_roughness *r) {
   fputs("scan,component,points,length_um,missing,outliers", out);
   for (int f = 0; f < ROUGHNESS_FIELDS; f++)
     fprintf(out, ",%s,%s_error", roughness_fields[f].name, roughness_fields[f].name);
-  fputs(",independent,normal_distance,misfit_gaussian,misfit_exponential\n", out);
+  fputs(",independent,normal_distance,misfit_gaussian,misfit_exponential,filter,cutoff_um\n", out);
   csv_component(out, r, &r->raw, "raw");
   csv_component(out, r, &r->small, "small");
 }
@@ -185,7 +190,8 @@ void roughness_yaml(FILE *out, const hetab_roughness *r, const char *name, const
   const hetab_component *c = roughness_main(r);
   fprintf(out, "# From %zu scan%s", c->count, c->count == 1 ? "" : "s");
   if (r->small.count)
-    fprintf(out, ", small scale behind a Gaussian filter with a cut-off of %.4g um", r->cutoff_um);
+    fprintf(out, ", small scale behind a %s filter with a cut-off of %.4g um",
+            hetab_filter_name(r->filter), r->cutoff_um);
   fprintf(out, ". 95 %% intervals%s:\n",
           r->small.count ? " of what the filter leaves; its own effect is not in them" : "");
   yaml_bounds(out, "sigma0_um", &c->sigma_um);
@@ -203,38 +209,51 @@ void roughness_yaml(FILE *out, const hetab_roughness *r, const char *name, const
 
 /* ---- published rows ------------------------------------------------------------------------ */
 
-static const char *const summaries[3] = {"average", "deviation", "non-uniformity"};
-
-static double summary_value(const hetab_published_column *c, int kind) {
-  return kind == 0 ? c->average : kind == 1 ? c->deviation : c->non_uniformity;
-}
-
 int roughness_published_agrees(const hetab_published *p) {
-  for (size_t i = 0; i < p->count; i++)
-    for (int kind = 0; kind < 3; kind++)
-      if (!isnan(p->columns[i].stated[kind]) && !p->columns[i].agrees[kind])
-        return 0;
+  for (size_t i = 0; i < p->check_count; i++)
+    if (p->checks[i].verdict == HETAB_MATCH_NONE)
+      return 0;
   return 1;
 }
 
-/* With the digits of the rows, the non-uniformity with two; where the table states the number, with
- * its digits and the verdict. */
-static void print_summary(const hetab_published_column *c, int kind) {
-  int stated = !isnan(c->stated[kind]);
-  int percent = kind == 2 && stated && c->stated[2] >= 1;
-  int decimals = stated ? c->stated_decimals[kind] : kind == 2 ? 2 : c->decimals;
-  double value = summary_value(c, kind) * (percent ? 100 : 1);
-  printf("  %-15s %.*f%s", summaries[kind], decimals, value, percent ? " %" : "");
-  if (stated)
-    printf(c->agrees[kind] ? ", as stated" : ", stated %.*f: DIFFERS (%.8g)", decimals,
-           c->stated[kind], value);
-  putchar('\n');
+/* With the digits of the rows, the non-uniformity with two. */
+static void print_columns(const hetab_published_table *t) {
+  for (size_t i = 0; i < t->count; i++) {
+    printf("%s, %zu rows\n", t->columns[i].name, t->rows);
+    for (int kind = 0; kind < HETAB_SUMMARIES; kind++)
+      printf("  %-15s %.*f\n", hetab_summary_name(kind),
+             kind == HETAB_NON_UNIFORMITY ? 2 : t->columns[i].decimals,
+             hetab_published_summary(t, i, kind));
+  }
+}
+
+/* What agrees to the digit is counted, the rest is named. */
+static void print_check(const hetab_published *p, const hetab_published_check *c) {
+  if (c->verdict == HETAB_MATCH_EXACT)
+    return;
+  printf("  %s, %s: %.*f stated, %.8g", c->row, c->column, c->decimals, c->stated, c->value);
+  if (c->against != c->table)
+    printf(" in %s", p->tables[c->against].name);
+  if (c->verdict == HETAB_MATCH_ROUNDING)
+    printf(": within the rounding of the rows, %.6g to %.6g\n", c->low, c->high);
+  else
+    puts(c->verdict == HETAB_MATCH_OWN_ROW ? ": it is its own row's sigma / tau" : ": DIFFERS");
 }
 
 void roughness_print_published(const hetab_published *p) {
   for (size_t i = 0; i < p->count; i++) {
-    printf("%s, %zu scans\n", p->columns[i].name, p->rows);
-    for (int kind = 0; kind < 3; kind++)
-      print_summary(&p->columns[i], kind);
+    size_t checks = 0, agree = 0;
+    for (size_t k = 0; k < p->check_count; k++) {
+      checks += p->checks[k].table == i;
+      agree += p->checks[k].table == i && p->checks[k].verdict == HETAB_MATCH_EXACT;
+    }
+    if (p->count > 1)
+      printf("%s%s\n", i ? "\n" : "", p->tables[i].name);
+    print_columns(&p->tables[i]);
+    if (checks)
+      printf("%zu of %zu stated numbers agree to the digit\n", agree, checks);
+    for (size_t k = 0; k < p->check_count; k++)
+      if (p->checks[k].table == i)
+        print_check(p, &p->checks[k]);
   }
 }

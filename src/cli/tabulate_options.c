@@ -104,7 +104,7 @@ static cli_option *renderer_options(cli_option *next, tabulate_request *r) {
       {CLI_TEXT, "bands", 0, "BANDS",
        "OpenEXR, RGL: rgb or spectral (rgb); MERL: wavelengths in nm of mono or bands (R,G,B)",
        &r->bands, 0, 0},
-      {CLI_NUMBER, "table-error", 0, "E",
+      {CLI_SHARE, "table-error", 0, "E",
        "RGL: the smallest table whose relative L1 is at most E and whose bias is at most E / 3 at "
        "every incidence to 80 degrees, and L1 at most 0.1 beyond (0.01)",
        &r->table_error, 1e-4, 0.5},

@@ -101,7 +101,7 @@ static hetab_status prepare(hetab_fit_problem *p, hetab_engine *engine,
                             const hetab_measurements *measurements) {
   HETAB_TRY(hetab_fit_options_check(p->ctx, &p->options));
   HETAB_TRY(hetab_fit_data_select(p->ctx, measurements, &p->options, &p->data));
-  HETAB_TRY(hetab_fit_data_weigh(p->ctx, p->options.weights, &p->data));
+  HETAB_TRY(hetab_fit_data_weigh(p->ctx, &p->options.weights, &p->data));
   HETAB_TRY(hetab_fit_bounds_check(p->ctx, &p->options, p->data.lambda_um[0]));
   HETAB_TRY(choose_unknowns(p));
   HETAB_TRY(hetab_fit_model_create(p->ctx, engine, &p->options, &p->data, &p->model));

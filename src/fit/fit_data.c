@@ -332,14 +332,31 @@ static hetab_status check_bands(hetab_context *ctx, const hetab_fit_data *data) 
   return HETAB_OK;
 }
 
-hetab_status hetab_fit_data_weigh(hetab_context *ctx, hetab_fit_weights weights,
+/* The default. */
+static hetab_fit_weights weights_for(const hetab_fit_data *data) {
+  for (size_t i = 0; i < data->count; i++)
+    if (!is_in_plane(&data->pairs[i]))
+      return HETAB_FIT_WEIGHTS_ENERGY;
+  return HETAB_FIT_WEIGHTS_REPORT;
+}
+
+static void weigh_as_printed(hetab_fit_data *data) {
+  for (size_t i = 0; i < data->count * data->bands; i++)
+    data->weight[i] *= pow(cos(data->pairs[i / data->bands].theta_r), 2);
+}
+
+hetab_status hetab_fit_data_weigh(hetab_context *ctx, hetab_fit_weights *weights,
                                   hetab_fit_data *data) {
-  int logarithms = weights == HETAB_FIT_WEIGHTS_LOG;
   HETAB_TRY(check_bands(ctx, data));
-  if (weights == HETAB_FIT_WEIGHTS_ENERGY)
+  if (*weights == HETAB_FIT_WEIGHTS_AUTO)
+    *weights = weights_for(data);
+  if (*weights == HETAB_FIT_WEIGHTS_REPORT)
+    weigh_as_printed(data);
+  if (*weights == HETAB_FIT_WEIGHTS_ENERGY)
     HETAB_TRY(weigh_by_energy(ctx, data));
-  if (weights == HETAB_FIT_WEIGHTS_RELATIVE)
+  if (*weights == HETAB_FIT_WEIGHTS_RELATIVE)
     weigh_by_value(data);
+  int logarithms = *weights == HETAB_FIT_WEIGHTS_LOG;
   for (size_t i = 0; i < data->count * data->bands; i++) {
     double f = data->measured[i];
     if (logarithms && f <= 0)

@@ -44,7 +44,8 @@ typedef struct hetab_fit_data {
 
 hetab_status hetab_fit_data_select(hetab_context *ctx, const hetab_measurements *measurements,
                                    const hetab_fit_options *options, hetab_fit_data *data);
-hetab_status hetab_fit_data_weigh(hetab_context *ctx, hetab_fit_weights weights,
+/* *weights: AUTO becomes what it stands for. */
+hetab_status hetab_fit_data_weigh(hetab_context *ctx, hetab_fit_weights *weights,
                                   hetab_fit_data *data);
 void hetab_fit_data_clear(hetab_fit_data *data);
 

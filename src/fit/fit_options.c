@@ -29,8 +29,8 @@ const char *hetab_fit_quantity_name(hetab_fit_quantity quantity) {
 }
 
 const char *hetab_fit_weights_name(hetab_fit_weights weights) {
-  static const char *const names[] = {"energy", "equal", "relative", "log"};
-  return name_in(names, 4, (size_t)weights);
+  static const char *const names[] = {"auto", "report", "energy", "equal", "relative", "log"};
+  return name_in(names, 6, (size_t)weights);
 }
 
 const char *hetab_fit_constraint_name(hetab_fit_constraint constraint) {

@@ -4,6 +4,7 @@
 
 #include "core/context.h"
 #include "model/hemisphere.h"
+#include "model/universal.h"
 
 double hetab_stand_in_alpha(const hetab_surface *surface) {
   return 2.0 * hetab_surface_sigma0_um(surface) / hetab_surface_tau_um(surface);
@@ -25,7 +26,7 @@ static double unmasked(hetab_microfacets distribution, double alpha, double mu) 
   return 1.0 / (0.5 * (1.0 + erf(a)) + exp(-a * a) / (2.0 * a * sqrt(M_PI)));
 }
 
-enum { RAYS = 64, NODES = 256 };
+enum { RAYS = 16, NODES = 128 };
 
 /* At one node of the hemisphere's rule: f_dd and the stand-in times the node's part of the disc. */
 static void add_node(const hetab_hemisphere *at, const hetab_wave *wave, const hetab_band *band,
@@ -38,7 +39,7 @@ static void add_node(const hetab_hemisphere *at, const hetab_wave *wave, const h
   double shadow = hetab_pair_of(&at->in, &r).shadow;
   double fresnel = hetab_fresnel_at(node->cos2_d, band->n, band->k);
   double dd = wave->amplitude * fresnel * node->cos2_d * node->cos2_d * shadow *
-              exp(hetab_ln_h(wave->g * node->g, wave->x * node->lateral2));
+              exp(hetab_universal_ln_h(wave->g * node->g, wave->x * node->lateral2));
   double f = fresnel * facets(distribution, alpha, node->lateral2 / mu2) *
              unmasked(distribution, alpha, mu) * unmasked(distribution, alpha, mu_r) /
              (4.0 * mu * mu_r);

@@ -1,228 +1,75 @@
 #include <hetab/plan.h>
 
 #include <math.h>
-#include <pthread.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include <hetab/grid.h>
-#include <hetab/host_model.h>
 #include <hetab/merl.h>
 
-#include "core/angle.h"
 #include "core/context.h"
-#include "core/cpus.h"
-#include "model/model.h"
-#include "plan/plain.h"
+#include "plan/plan_make.h"
+#include "plan/probe.h"
 #include "plan/scene.h"
-#include "rgl/rgl_model.h"
-
-enum { MOST_THREADS = 64, SHARE_ANGLES = 18 };
 
 /* Of a default HDF5 table, and what a core writes of it in a second. */
 static const double DENSE_ENTRIES = 90.0 * 90 * 181, DENSE_RATE = 0.6e9, DENSE_START = 0.15;
 static const double MERL_BYTES = 12.0 + 3 * 8.0 * HETAB_MERL_CELLS, MERL_SECONDS = 0.25;
 static const double LARGEST_ERROR = 0.3;
 
-/* What is known of a surface before the error is. */
-typedef struct probed {
-  hetab_rgl_forecast forecast;
-  size_t channels;
-  double seconds; /* of the forecast */
-  char description[256];
-  bool spectral;
-} probed;
-
 typedef struct job {
   const hetab_scene *scene;
   hetab_plan *plan;
-  probed *probed;
-  size_t next, done;
-  pthread_mutex_t mutex;
-  hetab_status status;
-  char message[sizeof((hetab_context *)0)->message];
+  hetab_probe *probes;
 } job;
-
-static bool is_rgl(const hetab_scene *scene) {
-  return scene->consumer <= HETAB_PBRT;
-}
-
-/* ---- terms --------------------------------------------------------------------------------- */
-
-/* The delta's part of what is reflected: rho_s / F = e^-g S^2, the largest over wavelengths and
- * incidences in use; *least: the smallest of the wavelengths at normal incidence. */
-static hetab_status delta_share(hetab_context *ctx, const hetab_scene *scene,
-                                const hetab_surface *surface, double *largest, double *least) {
-  size_t count = hetab_surface_band_count(surface);
-  const hetab_band *bands = hetab_surface_bands(surface);
-  double theta[SHARE_ANGLES], *rho = hetab_alloc(ctx, count * SHARE_ANGLES, sizeof *rho);
-  if (!rho)
-    return HETAB_ERR_MEMORY;
-  for (int i = 0; i < SHARE_ANGLES; i++)
-    theta[i] = fmin(scene->max_theta_i, hetab_radians(89.0)) * i / (SHARE_ANGLES - 1);
-  hetab_status status = hetab_specular_reflectance(ctx, surface, theta, SHARE_ANGLES, rho);
-  *largest = 0.0;
-  *least = 1.0;
-  for (size_t b = 0; b < count && status == HETAB_OK; b++)
-    for (int i = 0; i < SHARE_ANGLES; i++) {
-      double share = rho[b * SHARE_ANGLES + (size_t)i] /
-                     hetab_fresnel_at(pow(cos(theta[i]), 2), bands[b].n, bands[b].k);
-      *largest = fmax(*largest, share);
-      if (i == 0)
-        *least = fmin(*least, share);
-    }
-  free(rho);
-  return status;
-}
-
-static bool has_diffuse(const hetab_surface *surface) {
-  bool found = false;
-  for (size_t b = 0; b < hetab_surface_band_count(surface); b++)
-    found |= hetab_surface_bands(surface)[b].diffuse_brdf > 0.0;
-  return found;
-}
-
-static hetab_status choose_terms(hetab_context *ctx, const hetab_scene *scene,
-                                 const hetab_surface *surface, hetab_plan_item *item) {
-  double least;
-  HETAB_TRY(delta_share(ctx, scene, surface, &item->delta_share, &least));
-  item->delta = item->delta_share > scene->energy_error;
-  item->diffuse = has_diffuse(surface);
-  item->energy_left_out = item->delta ? 0.0 : item->delta_share;
-  if (!item->diffuse && 1.0 - least <= scene->energy_error) {
-    item->kind = HETAB_PLAN_MIRROR;
-    item->energy_left_out = 1.0 - least;
-    return HETAB_OK;
-  }
-  item->plain_error = hetab_plain_error(surface);
-  if (!item->diffuse && !item->delta && item->plain_error <= scene->table_error)
-    item->kind = HETAB_PLAN_PLAIN;
-  return HETAB_OK;
-}
-
-/* ---- probes, on all cores ------------------------------------------------------------------ */
-
-static double thread_seconds(void) {
-  struct timespec t;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-static hetab_status probe_rgl(hetab_context *ctx, const hetab_scene *scene,
-                              const hetab_surface *surface, probed *out) {
-  double start = thread_seconds();
-  const hetab_rgl_options options = {
-      .bands = scene->consumer == HETAB_MITSUBA_SPECTRAL ? HETAB_RGL_SPECTRAL : HETAB_RGL_RGB};
-  hetab_rgl_model *model;
-  HETAB_TRY(hetab_rgl_model_create(ctx, surface, &options, &model));
-  const hetab_rgl_source *source = hetab_rgl_model_source(model);
-  out->channels = source->channels;
-  out->spectral = source->wavelengths_um != NULL;
-  snprintf(out->description, sizeof out->description, "%s",
-           source->description ? source->description : "");
-  hetab_status status = hetab_rgl_forecast_make(ctx, source, &out->forecast);
-  hetab_rgl_model_free(model);
-  out->seconds = thread_seconds() - start;
-  return status;
-}
-
-static hetab_status probe(hetab_context *ctx, const job *job, size_t i) {
-  const hetab_surface *surface = job->scene->surfaces[i];
-  hetab_plan_item *item = &job->plan->items[i];
-  item->shares = i;
-  HETAB_TRY(choose_terms(ctx, job->scene, surface, item));
-  return item->kind == HETAB_PLAN_TABLE && is_rgl(job->scene)
-             ? probe_rgl(ctx, job->scene, surface, &job->probed[i])
-             : HETAB_OK;
-}
-
-/* The next surface's number; the count: none is left. */
-static size_t take(job *job, hetab_context *own, hetab_status last) {
-  pthread_mutex_lock(&job->mutex);
-  if (last != HETAB_OK && job->status == HETAB_OK) {
-    job->status = last;
-    memcpy(job->message, own->message, sizeof job->message);
-  }
-  size_t taken = job->status == HETAB_OK ? job->next : job->plan->count;
-  job->next += taken < job->plan->count;
-  pthread_mutex_unlock(&job->mutex);
-  return taken;
-}
-
-typedef struct worker {
-  pthread_t thread;
-  job *job;
-} worker;
-
-static void *work(void *user) {
-  worker *w = user;
-  hetab_context *ctx;
-  hetab_status status = hetab_context_create(&ctx);
-  if (status != HETAB_OK)
-    return NULL;
-  hetab_cpu_limit(1);
-  for (size_t i; (i = take(w->job, ctx, status)) < w->job->plan->count;)
-    status = probe(ctx, w->job, i);
-  hetab_context_free(ctx);
-  return NULL;
-}
-
-static hetab_status probe_all(hetab_context *ctx, job *job) {
-  int count = hetab_cpu_count(), started = 0;
-  worker workers[MOST_THREADS];
-  count = count < MOST_THREADS ? count : MOST_THREADS;
-  for (; started < count; started++) {
-    workers[started] = (worker){.job = job};
-    if (pthread_create(&workers[started].thread, NULL, work, &workers[started]) != 0)
-      break;
-  }
-  for (int i = 0; i < started; i++)
-    pthread_join(workers[i].thread, NULL);
-  if (job->status != HETAB_OK)
-    return hetab_fail(ctx, job->status, "%s", job->message);
-  return started ? HETAB_OK : hetab_fail(ctx, HETAB_ERR_MEMORY, "cannot start a thread");
-}
 
 /* ---- sizes --------------------------------------------------------------------------------- */
 
-static hetab_status size_rgl(hetab_context *ctx, const probed *p, double table_error,
+static hetab_status size_rgl(hetab_context *ctx, const hetab_probe *p, double table_error,
                              hetab_plan_item *item) {
-  double *lambda_um = hetab_alloc(ctx, p->channels, sizeof *lambda_um); /* of a size alone */
-  const hetab_rgl_source source = {.channels = p->channels,
-                                   .wavelengths_um = p->spectral ? lambda_um : NULL,
+  hetab_choose_wavelengths(&p->counts, table_error, item);
+  double *lambda_um = hetab_alloc(ctx, item->wavelengths, sizeof *lambda_um); /* of a size alone */
+  const hetab_rgl_source source = {.channels = item->wavelengths,
+                                   .wavelengths_um = p->counts.choices ? lambda_um : NULL,
                                    .description = p->description};
   hetab_rgl_report r;
-  hetab_status status = lambda_um
-                            ? hetab_rgl_forecast_at(ctx, &p->forecast, &source, table_error, &r)
-                            : HETAB_ERR_MEMORY;
+  hetab_status status = lambda_um ? hetab_rgl_forecast_at(ctx, &p->forecast, &source,
+                                                          table_error - item->wavelength_error, &r)
+                                  : HETAB_ERR_MEMORY;
   free(lambda_um);
   HETAB_TRY(status);
-  item->wavelengths = p->channels;
   item->theta_i_count = r.theta_i_count;
   item->resolution = r.resolution;
   item->bytes = r.bytes;
-  item->error_l1 = r.error_l1;
-  /* The trial, and the nodes: against the forecast's, which were 35,000 evaluations. */
+  item->error_l1 = r.error_l1 + item->wavelength_error;
+  /* The trial, and the nodes: against the forecast's, which were 30,000 evaluations. */
   item->seconds =
-      p->seconds * (2.4 + 1.45e-5 * (double)(r.theta_i_count * r.resolution * r.resolution));
+      p->seconds * (2.8 + 3.3e-5 * (double)(r.theta_i_count * r.resolution * r.resolution));
   return HETAB_OK;
 }
 
-static void size_fixed(const hetab_scene *scene, const hetab_surface *surface,
-                       hetab_plan_item *item) {
+static void size_merl(const hetab_probe *p, hetab_plan_item *item) {
+  item->wavelengths = 3;
+  item->bytes = (size_t)MERL_BYTES;
+  item->seconds = MERL_SECONDS;
+  item->error_l1 = p->error_l1;
+}
+
+/* Linear between nodes: the error goes with the square of their spacing. */
+static void size_dense(const hetab_scene *scene, const hetab_probe *p, double table_error,
+                       const hetab_surface *surface, hetab_plan_item *item) {
+  const double spare = 0.7, closest = 1.0, widest = 5.0;
   size_t bands = hetab_surface_band_count(surface);
-  item->wavelengths =
-      scene->consumer == HETAB_CONSUMER_HDF5 || scene->consumer == HETAB_CONSUMER_LOOKUP ? bands
-                                                                                         : 3;
-  item->bytes = (size_t)(scene->consumer == HETAB_CONSUMER_MERL
-                             ? MERL_BYTES
-                             : 4.0 * DENSE_ENTRIES * (double)item->wavelengths);
-  item->seconds = scene->consumer == HETAB_CONSUMER_MERL
-                      ? MERL_SECONDS
-                      : DENSE_START + DENSE_ENTRIES * (double)bands / DENSE_RATE;
+  item->spacing_deg = fmin(fmax(sqrt(spare * table_error / p->error_l1), closest), widest);
+  double entries = hetab_scene_entries(scene, item->spacing_deg);
+  bool hdf5 = scene->consumer == HETAB_CONSUMER_HDF5;
+  bool half = !hdf5 && hetab_wanted_element(table_error) == HETAB_EXR_HALF;
+  item->wavelengths = hdf5 ? bands : 3;
+  item->bytes = (size_t)((half ? 2.0 : 4.0) * entries * (double)item->wavelengths);
+  item->seconds = DENSE_START + entries * (double)bands / DENSE_RATE;
+  item->error_l1 = p->error_l1 * item->spacing_deg * item->spacing_deg;
 }
 
 /* All items at one error; the bytes of all. */
@@ -234,10 +81,12 @@ static hetab_status size_all(hetab_context *ctx, const job *job, double table_er
     hetab_plan_item *item = &plan->items[i];
     if (item->kind != HETAB_PLAN_TABLE)
       continue;
-    if (is_rgl(job->scene))
-      HETAB_TRY(size_rgl(ctx, &job->probed[i], table_error, item));
+    if (hetab_wants_rgl(job->scene))
+      HETAB_TRY(size_rgl(ctx, &job->probes[i], table_error, item));
+    else if (job->scene->consumer == HETAB_CONSUMER_MERL)
+      size_merl(&job->probes[i], item);
     else
-      size_fixed(job->scene, job->scene->surfaces[i], item);
+      size_dense(job->scene, &job->probes[i], table_error, job->scene->surfaces[i], item);
     plan->bytes += (double)item->bytes;
     plan->seconds += item->seconds;
   }
@@ -261,10 +110,13 @@ static hetab_status fail_budget(hetab_context *ctx, const job *job) {
                                n ? ", " : "", hetab_surface_name(job->scene->surfaces[best]),
                                1e-6 * (double)plan->items[best].bytes);
   }
+  char how[64] = "tables of this consumer have one size";
+  if (job->scene->consumer != HETAB_CONSUMER_MERL)
+    snprintf(how, sizeof how, "at an error of %g", LARGEST_ERROR);
   return hetab_fail(ctx, HETAB_ERR_RANGE,
-                    "memory_mb %g is too little: at an error of %g the tables still take %.2f MB; "
-                    "most take %s; allow more, or leave surfaces out",
-                    1e-6 * plan->memory_bytes, LARGEST_ERROR, 1e-6 * plan->bytes, names);
+                    "memory_mb %g is too little: %s, and together they take %.2f MB; most take %s; "
+                    "allow more, or leave surfaces out",
+                    1e-6 * plan->memory_bytes, how, 1e-6 * plan->bytes, names);
 }
 
 /* One error for all: whatever else the budget is split into, some surface's error is larger. */
@@ -296,10 +148,23 @@ static bool same_bands(const hetab_surface *a, const hetab_surface *b) {
          memcmp(hetab_surface_bands(a), hetab_surface_bands(b), count * sizeof(hetab_band)) == 0;
 }
 
-/* Of one material: a lobe that is wider by a small part d differs by at most 2 d, relative L1. */
+static double slope(const hetab_surface *s) {
+  return hetab_surface_sigma0_um(s) / hetab_surface_tau_um(s);
+}
+
+/* 1/g at the longest wavelength and 80 degrees, where g is least. */
+static double inverse_g(const hetab_surface *s) {
+  double lambda_um = hetab_surface_bands(s)[hetab_surface_band_count(s) - 1].lambda_um;
+  double phase = 4.0 * M_PI * hetab_surface_sigma0_um(s) / lambda_um * cos(80.0 / 180.0 * M_PI);
+  return 1.0 / (phase * phase);
+}
+
+/* Of one material: a lobe that is wider by a small part d differs by at most 2 d, relative L1. For
+ * large g only the slope matters: h is off its limit by about 1.1 / g. */
 static double difference(const hetab_surface *a, const hetab_surface *b) {
-  return 2.0 * (fabs(log(hetab_surface_sigma0_um(a) / hetab_surface_sigma0_um(b))) +
-                fabs(log(hetab_surface_tau_um(a) / hetab_surface_tau_um(b))));
+  double of_slope = 2.0 * fabs(log(slope(a) / slope(b)));
+  double of_size = 4.0 * fabs(log(hetab_surface_sigma0_um(a) / hetab_surface_sigma0_um(b)));
+  return of_slope + fmin(of_size, 1.5 * fabs(inverse_g(a) - inverse_g(b)));
 }
 
 typedef struct ranked {
@@ -307,13 +172,13 @@ typedef struct ranked {
   size_t item;
 } ranked;
 
-static int by_tau(const void *a, const void *b) {
-  double tau_a = hetab_surface_tau_um(((const ranked *)a)->surface);
-  double tau_b = hetab_surface_tau_um(((const ranked *)b)->surface);
-  return (tau_a > tau_b) - (tau_a < tau_b);
+static int by_slope(const void *a, const void *b) {
+  double slope_a = slope(((const ranked *)a)->surface);
+  double slope_b = slope(((const ranked *)b)->surface);
+  return (slope_a < slope_b) - (slope_a > slope_b);
 }
 
-/* Ascending in tau: what could share stands close by. */
+/* Descending in slope: what could share stands close by. The batch measures it. */
 static hetab_status share(hetab_context *ctx, const job *job) {
   hetab_plan *plan = job->plan;
   double allowed = 0.3 * plan->asked_error;
@@ -322,15 +187,14 @@ static hetab_status share(hetab_context *ctx, const job *job) {
     return HETAB_ERR_MEMORY;
   for (size_t i = 0; i < plan->count; i++)
     order[i] = (ranked){job->scene->surfaces[i], i};
-  qsort(order, plan->count, sizeof *order, by_tau);
+  qsort(order, plan->count, sizeof *order, by_slope);
   for (size_t n = 1; n < plan->count; n++)
     for (size_t m = n; m-- > 0;) {
       hetab_plan_item *item = &plan->items[order[n].item], *other = &plan->items[order[m].item];
-      double ratio =
-          hetab_surface_tau_um(order[n].surface) / hetab_surface_tau_um(order[m].surface);
-      if (2.0 * log(ratio) > allowed)
+      if (2.0 * log(slope(order[m].surface) / slope(order[n].surface)) > allowed)
         break;
       if (item->kind == HETAB_PLAN_TABLE && other->kind == HETAB_PLAN_TABLE &&
+          item->delta == other->delta &&
           difference(order[n].surface, order[m].surface) <= allowed &&
           same_bands(order[n].surface, order[m].surface)) {
         item->kind = HETAB_PLAN_SHARED;
@@ -352,18 +216,19 @@ static void against_dense(const hetab_scene *scene, hetab_plan *plan) {
   }
 }
 
-static hetab_status make(hetab_context *ctx, job *job) {
+static hetab_status make(hetab_context *ctx, job *job, const char *folder, double share_start) {
   hetab_plan *plan = job->plan;
   if (!plan->count)
     return HETAB_OK;
-  HETAB_TRY(probe_all(ctx, job));
+  HETAB_TRY(hetab_probe_all(ctx, job->scene, folder, share_start, plan->items, job->probes));
   HETAB_TRY(share(ctx, job));
   against_dense(job->scene, plan);
   return fit_budget(ctx, job);
 }
 
-hetab_status hetab_plan_create(hetab_context *ctx, const hetab_scene *scene, hetab_plan **out) {
-  job job = {.scene = scene, .mutex = PTHREAD_MUTEX_INITIALIZER};
+hetab_status hetab_plan_make(hetab_context *ctx, const hetab_scene *scene, const char *folder,
+                             double share_start, hetab_plan **out) {
+  job job = {.scene = scene};
   *out = NULL;
   job.plan = hetab_alloc(ctx, 1, sizeof *job.plan);
   if (!job.plan)
@@ -372,14 +237,19 @@ hetab_status hetab_plan_create(hetab_context *ctx, const hetab_scene *scene, het
   job.plan->asked_error = job.plan->table_error = scene->table_error;
   job.plan->memory_bytes = scene->memory_bytes;
   job.plan->items = hetab_alloc(ctx, scene->count, sizeof *job.plan->items);
-  job.probed = hetab_alloc(ctx, scene->count, sizeof *job.probed);
-  hetab_status status = job.plan->items && job.probed ? make(ctx, &job) : HETAB_ERR_MEMORY;
-  free(job.probed);
+  job.probes = hetab_alloc(ctx, scene->count, sizeof *job.probes);
+  hetab_status status =
+      job.plan->items && job.probes ? make(ctx, &job, folder, share_start) : HETAB_ERR_MEMORY;
+  free(job.probes);
   if (status == HETAB_OK)
     *out = job.plan;
   else
     hetab_plan_free(job.plan);
   return status;
+}
+
+hetab_status hetab_plan_create(hetab_context *ctx, const hetab_scene *scene, hetab_plan **out) {
+  return hetab_plan_make(ctx, scene, NULL, 0.0, out);
 }
 
 void hetab_plan_free(hetab_plan *plan) {

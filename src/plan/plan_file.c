@@ -6,39 +6,45 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 #include <jansson.h>
 
 #include "core/context.h"
 #include "plan/plan_key.h"
+#include "plan/plan_make.h"
+#include "plan/probe.h"
 #include "plan/scene.h"
 
 static bool unpack_item(const json_t *json, size_t count, hetab_plan_item *item) {
-  json_int_t kind, shares, wavelengths, theta_i, resolution, bytes;
-  if (json_unpack((json_t *)json, "{sI sI sb sb sF sF sF sI sI sI sI sF sF}", "kind", &kind,
-                  "shares", &shares, "delta", &item->delta, "diffuse", &item->diffuse,
-                  "delta_share", &item->delta_share, "energy_left_out", &item->energy_left_out,
-                  "plain_error", &item->plain_error, "wavelengths", &wavelengths, "theta_i",
-                  &theta_i, "resolution", &resolution, "bytes", &bytes, "seconds", &item->seconds,
+  json_int_t kind, shares, delta, wavelengths, theta_i, resolution, bytes;
+  if (json_unpack((json_t *)json, "{sI sI sI sb sF sF sF sI sF sI sI sF sI sF sF}", "kind", &kind,
+                  "shares", &shares, "delta", &delta, "diffuse", &item->diffuse, "delta_share",
+                  &item->delta_share, "energy_left_out", &item->energy_left_out, "plain_error",
+                  &item->plain_error, "wavelengths", &wavelengths, "wavelength_error",
+                  &item->wavelength_error, "theta_i", &theta_i, "resolution", &resolution,
+                  "spacing_deg", &item->spacing_deg, "bytes", &bytes, "seconds", &item->seconds,
                   "error_l1", &item->error_l1) != 0)
     return false;
   item->kind = (hetab_plan_kind)kind;
+  item->delta = (hetab_delta)delta;
   item->shares = (size_t)shares;
   item->wavelengths = (size_t)wavelengths;
   item->theta_i_count = (size_t)theta_i;
   item->resolution = (size_t)resolution;
   item->bytes = (size_t)bytes;
-  return kind >= HETAB_PLAN_TABLE && kind <= HETAB_PLAN_PLAIN && shares >= 0 &&
-         (size_t)shares < count;
+  return kind >= HETAB_PLAN_TABLE && kind <= HETAB_PLAN_PLAIN && delta >= 0 &&
+         delta <= HETAB_DELTA_FOLDED && shares >= 0 && (size_t)shares < count;
 }
 
 static json_t *pack_item(const hetab_plan_item *item) {
-  return json_pack("{sI sI sb sb sf sf sf sI sI sI sI sf sf}", "kind", (json_int_t)item->kind,
-                   "shares", (json_int_t)item->shares, "delta", item->delta, "diffuse",
+  return json_pack("{sI sI sI sb sf sf sf sI sf sI sI sf sI sf sf}", "kind", (json_int_t)item->kind,
+                   "shares", (json_int_t)item->shares, "delta", (json_int_t)item->delta, "diffuse",
                    item->diffuse, "delta_share", item->delta_share, "energy_left_out",
                    item->energy_left_out, "plain_error", item->plain_error, "wavelengths",
-                   (json_int_t)item->wavelengths, "theta_i", (json_int_t)item->theta_i_count,
-                   "resolution", (json_int_t)item->resolution, "bytes", (json_int_t)item->bytes,
-                   "seconds", item->seconds, "error_l1", item->error_l1);
+                   (json_int_t)item->wavelengths, "wavelength_error", item->wavelength_error,
+                   "theta_i", (json_int_t)item->theta_i_count, "resolution",
+                   (json_int_t)item->resolution, "spacing_deg", item->spacing_deg, "bytes",
+                   (json_int_t)item->bytes, "seconds", item->seconds, "error_l1", item->error_l1);
 }
 
 /* NULL if the file does not hold the plan of that key, whatever else it holds. */
@@ -76,29 +82,52 @@ static hetab_status save(hetab_context *ctx, const hetab_plan *plan, const char 
                 plan->memory_bytes, "bytes", plan->bytes, "seconds", plan->seconds, "dense_bytes",
                 plan->dense_bytes, "dense_seconds", plan->dense_seconds);
   char *text = json ? json_dumps(json, JSON_COMPACT) : NULL;
-  hetab_status status = text ? hetab_text_save(ctx, path, text, strlen(text), 1)
+  hetab_status status = text ? hetab_text_save(ctx, path, text, strlen(text), 0)
                              : hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for '%s'", path);
   free(text);
   json_decref(json);
   return status;
 }
 
+/* NULL if there is none of that key; what is no such plan is removed. */
+static hetab_plan *load(const hetab_scene *scene, const char *key, const char *path) {
+  json_t *json = json_load_file(path, 0, NULL);
+  hetab_plan *plan = json ? unpack(json, key, scene->count) : NULL;
+  json_decref(json);
+  if (!plan)
+    unlink(path);
+  return plan;
+}
+
+/* The first plan that is there is everybody's: two that differed would deal surfaces differently.
+ */
+static hetab_status make(hetab_context *ctx, const hetab_scene *scene, const char *folder,
+                         double share_start, const char *key, const char *path, hetab_plan **out) {
+  HETAB_TRY(hetab_plan_make(ctx, scene, folder, share_start, out));
+  hetab_status status = save(ctx, *out, key, path);
+  if (status == HETAB_ERR_EXISTS) {
+    hetab_plan_free(*out);
+    *out = load(scene, key, path);
+    status = *out ? HETAB_OK
+                  : hetab_fail(ctx, HETAB_ERR_IO,
+                               "'%s' changes: is another scene's batch in this "
+                               "folder? Give each its own",
+                               path);
+  }
+  if (status == HETAB_OK)
+    hetab_probe_forget(folder);
+  return status;
+}
+
 hetab_status hetab_plan_open(hetab_context *ctx, const hetab_scene *scene, const char *folder,
-                             hetab_plan **out) {
+                             double share_start, hetab_plan **out) {
   char key[HETAB_KEY], *path;
   *out = NULL;
   HETAB_TRY(hetab_scene_key(ctx, scene, key));
   if (asprintf(&path, "%s/plan.json", folder) < 0)
     return hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory");
-  json_t *json = json_load_file(path, 0, NULL);
-  *out = json ? unpack(json, key, scene->count) : NULL;
-  json_decref(json);
-  hetab_status status = HETAB_OK;
-  if (!*out) {
-    status = hetab_plan_create(ctx, scene, out);
-    if (status == HETAB_OK)
-      status = save(ctx, *out, key, path);
-  }
+  *out = load(scene, key, path);
+  hetab_status status = *out ? HETAB_OK : make(ctx, scene, folder, share_start, key, path, out);
   free(path);
   if (status != HETAB_OK) {
     hetab_plan_free(*out);

@@ -27,8 +27,9 @@ hetab_status hetab_surface_key(hetab_context *ctx, const hetab_scene *scene, siz
   FILE *stream = open_memstream(&text, &size);
   if (!stream)
     return hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory");
-  fprintf(stream, "%s %s %a %a %d", hetab_version(), hetab_surface_name(s),
-          hetab_surface_sigma0_um(s), hetab_surface_tau_um(s), (int)scene->consumer);
+  fprintf(stream, "%s %s %a %a %d %a %a", hetab_version(), hetab_surface_name(s),
+          hetab_surface_sigma0_um(s), hetab_surface_tau_um(s), (int)scene->consumer,
+          scene->max_theta_i, scene->max_theta_r);
   fwrite(hetab_surface_bands(s), sizeof(hetab_band), hetab_surface_band_count(s), stream);
   return digest(ctx, stream, &text, &size, key);
 }
@@ -40,7 +41,7 @@ hetab_status hetab_scene_key(hetab_context *ctx, const hetab_scene *scene, char 
   FILE *stream = open_memstream(&text, &size);
   if (!stream)
     return hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory");
-  fprintf(stream, "%a %a %a %a", scene->table_error, scene->energy_error, scene->max_theta_i,
+  fprintf(stream, "%a %a %a %a", scene->table_error, scene->energy_error, scene->specular_cone,
           scene->memory_bytes);
   for (size_t i = 0; i < scene->count && status == HETAB_OK; i++) {
     status = hetab_surface_key(ctx, scene, i, one);
@@ -53,11 +54,13 @@ hetab_status hetab_scene_key(hetab_context *ctx, const hetab_scene *scene, char 
 hetab_status hetab_item_key(hetab_context *ctx, const hetab_scene *scene, const hetab_plan *plan,
                             size_t i, char key[HETAB_KEY]) {
   const hetab_plan_item *item = &plan->items[i];
-  char text[256], of_surface[HETAB_KEY];
+  char text[512], of_surface[HETAB_KEY];
   HETAB_TRY(hetab_surface_key(ctx, scene, i, of_surface));
-  int length = snprintf(text, sizeof text, "%s %d %s %zu %zu %a", of_surface, (int)item->kind,
-                        hetab_surface_name(scene->surfaces[item->shares]), item->theta_i_count,
-                        item->resolution, plan->table_error);
+  int length =
+      snprintf(text, sizeof text, "%s %d %d %a %s %zu %zu %zu %a %a", of_surface, (int)item->kind,
+               (int)item->delta, scene->specular_cone,
+               hetab_surface_name(scene->surfaces[item->shares]), item->wavelengths,
+               item->theta_i_count, item->resolution, item->spacing_deg, plan->table_error);
   hetab_md5(text, (size_t)length, key);
   return HETAB_OK;
 }

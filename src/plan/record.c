@@ -26,10 +26,10 @@ char *hetab_batch_path(hetab_context *ctx, const char *folder, const char *name,
 }
 
 const char *hetab_batch_ending(hetab_consumer consumer) {
-  return consumer <= HETAB_PBRT            ? ".bsdf"
-         : consumer == HETAB_CONSUMER_MERL ? ".binary"
+  return consumer == HETAB_CONSUMER_MERL   ? ".binary"
          : consumer == HETAB_CONSUMER_EXR  ? ".exr"
-                                           : ".h5";
+         : consumer == HETAB_CONSUMER_HDF5 ? ".h5"
+                                           : ".bsdf";
 }
 
 /* ---- files --------------------------------------------------------------------------------- */
@@ -83,6 +83,34 @@ static bool file_is_there(hetab_context *ctx, const json_t *file, const char *fo
   return good;
 }
 
+/* ---- texts --------------------------------------------------------------------------------- */
+
+hetab_status hetab_folder_text(hetab_context *ctx, hetab_folder_file *file) {
+  *file = (hetab_folder_file){0};
+  file->stream = open_memstream(&file->bytes, &file->size);
+  return file->stream ? HETAB_OK : hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory");
+}
+
+hetab_status hetab_folder_save(hetab_context *ctx, hetab_folder_file *file, const char *folder,
+                               const char *name) {
+  char *path = hetab_batch_path(ctx, folder, name, "");
+  int failed = fclose(file->stream);
+  hetab_status status = path && !failed ? hetab_text_save(ctx, path, file->bytes, file->size, 1)
+                                        : hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory");
+  free(path);
+  free(file->bytes);
+  return status;
+}
+
+const char *hetab_record_text(const json_t *record, const char *key) {
+  const char *found = json_string_value(json_object_get(record, key));
+  return found ? found : "";
+}
+
+double hetab_record_number(const json_t *record, const char *key) {
+  return json_number_value(json_object_get(record, key));
+}
+
 /* ---- records ------------------------------------------------------------------------------- */
 
 json_t *hetab_record_load(hetab_context *ctx, const hetab_scene *scene, size_t i,
@@ -110,11 +138,12 @@ static bool is_current(hetab_context *ctx, const json_t *record, const char *key
   const char *found;
   json_t *files, *file;
   size_t n;
-  if (json_unpack((json_t *)record, "{ss so sF sF sF sF sb}", "key", &found, "files", &files,
+  if (json_unpack((json_t *)record, "{ss so sF sF sF sF sF sb}", "key", &found, "files", &files,
                   "bytes", &r->bytes, "seconds", &r->seconds, "error_l1", &r->error_l1, "bias",
-                  &r->bias, "fits", &r->fits) != 0 ||
+                  &r->bias, "energy", &r->energy, "fits", &r->fits) != 0 ||
       strcmp(found, key) != 0 || !json_is_array(files))
     return false;
+  r->table_bytes = (double)json_integer_value(json_object_get(json_array_get(files, 0), "bytes"));
   json_array_foreach(files, n, file) if (!file_is_there(ctx, file, folder, verify)) return false;
   return true;
 }

@@ -11,9 +11,17 @@
 
 enum { MOST_SURFACES = 100000, MOST_VALUES = 10000, MOST_NAME = 128 };
 
-static const char *const scene_keys[] = {
-    "surfaces",     "sweep",           "consumer",  "table_error",
-    "energy_error", "max_theta_i_deg", "memory_mb", NULL};
+static const char *const scene_keys[] = {"surfaces",
+                                         "sweep",
+                                         "consumer",
+                                         "table_error",
+                                         "energy_error",
+                                         "max_theta_i_deg",
+                                         "max_theta_r_deg",
+                                         "specular_cone_deg",
+                                         "memory_mb",
+                                         "output",
+                                         NULL};
 static const char *const sweep_keys[] = {"index",  "sigma0_um",           "slope",
                                          "tau_um", "diffuse_reflectance", NULL};
 static const char *const range_keys[] = {"from", "to", "count", "spacing", NULL};
@@ -23,6 +31,26 @@ static const char *const consumers[] = {
 
 const char *hetab_consumer_name(hetab_consumer consumer) {
   return consumers[consumer];
+}
+
+const char *hetab_scene_output(const hetab_scene *scene) {
+  return scene->output;
+}
+
+/* At 1 degree the default grid's: 90 to 90 degrees. */
+size_t hetab_scene_thetas(double most, double spacing_deg) {
+  size_t count = (size_t)ceil(hetab_degrees(most) / spacing_deg - 1e-9);
+  return count > 1 ? count : 2;
+}
+
+size_t hetab_scene_phis(double spacing_deg) {
+  return (size_t)ceil(180.0 / spacing_deg - 1e-9) + 1;
+}
+
+double hetab_scene_entries(const hetab_scene *scene, double spacing_deg) {
+  return (double)hetab_scene_thetas(scene->max_theta_i, spacing_deg) *
+         (double)hetab_scene_thetas(scene->max_theta_r, spacing_deg) *
+         (double)hetab_scene_phis(spacing_deg);
 }
 
 size_t hetab_scene_surface_count(const hetab_scene *scene) {
@@ -43,6 +71,7 @@ void hetab_scene_free(hetab_scene *scene) {
   for (size_t i = 0; i < scene->count; i++)
     hetab_surface_free(scene->surfaces[i]);
   free(scene->surfaces);
+  free(scene->output);
   free(scene);
 }
 
@@ -281,6 +310,18 @@ static hetab_status read_limit(hetab_yaml *file, const char *key, double least, 
              : hetab_yaml_fail(file, node, key, "%g: give %g to %g", *value, least, most);
 }
 
+static hetab_status read_output(hetab_yaml *file, hetab_scene *scene) {
+  yaml_node_t *node = hetab_yaml_get(file, hetab_yaml_root(file), "output");
+  const char *folder;
+  if (!node)
+    return HETAB_OK;
+  HETAB_TRY(hetab_yaml_text(file, node, "output", "a folder", &folder));
+  if (!*folder)
+    return hetab_yaml_fail(file, node, "output", "empty: name a folder");
+  scene->output = strdup(folder);
+  return scene->output ? HETAB_OK : hetab_fail(file->ctx, HETAB_ERR_MEMORY, "out of memory");
+}
+
 static int by_name(const void *a, const void *b) {
   return strcmp(hetab_surface_name(*(hetab_surface *const *)a),
                 hetab_surface_name(*(hetab_surface *const *)b));
@@ -296,9 +337,11 @@ static hetab_status check_names(hetab_yaml *file, const hetab_scene *scene) {
   }
   for (size_t i = 1; i < count && status == HETAB_OK; i++)
     if (by_name(&sorted[i - 1], &sorted[i]) == 0)
-      status = hetab_fail(file->ctx, HETAB_ERR_PARSE,
-                          "%s: two surfaces are named %s: give one another name", file->path,
-                          hetab_surface_name(sorted[i]));
+      status =
+          hetab_fail(file->ctx, HETAB_ERR_PARSE,
+                     "%s: two surfaces are named %s: give one another name; a sweep's values have "
+                     "to differ in their first four digits",
+                     file->path, hetab_surface_name(sorted[i]));
   free(sorted);
   return status;
 }
@@ -307,15 +350,21 @@ static hetab_status read_scene(hetab_yaml *file, hetab_scene *scene) {
   yaml_node_t *root = hetab_yaml_root(file);
   yaml_node_t *surfaces = hetab_yaml_get(file, root, "surfaces");
   yaml_node_t *swept = hetab_yaml_get(file, root, "sweep");
-  double theta_deg = 90, megabytes = 0;
+  double theta_i_deg = 90.0, theta_r_deg = 90.0, megabytes = 0.0, cone_deg;
   HETAB_TRY(hetab_yaml_check_keys(file, root, scene_keys, true));
   HETAB_TRY(read_consumer(file, &scene->consumer));
   HETAB_TRY(read_limit(file, "table_error", 1e-4, 0.3, &scene->table_error));
   HETAB_TRY(read_limit(file, "energy_error", 1e-6, 1, &scene->energy_error));
-  HETAB_TRY(read_limit(file, "max_theta_i_deg", 1, 90, &theta_deg));
+  cone_deg = scene->consumer == HETAB_PBRT || scene->consumer == HETAB_CONSUMER_MERL ? 4.0 : 0.0;
+  HETAB_TRY(read_limit(file, "max_theta_i_deg", 1, 90, &theta_i_deg));
+  HETAB_TRY(read_limit(file, "max_theta_r_deg", 1, 90, &theta_r_deg));
+  HETAB_TRY(read_limit(file, "specular_cone_deg", 0, 30, &cone_deg));
   HETAB_TRY(read_limit(file, "memory_mb", 1e-3, 1e9, &megabytes));
-  scene->max_theta_i = hetab_radians(theta_deg);
+  scene->max_theta_i = hetab_radians(theta_i_deg);
+  scene->max_theta_r = hetab_radians(theta_r_deg);
+  scene->specular_cone = hetab_radians(cone_deg);
   scene->memory_bytes = 1e6 * megabytes;
+  HETAB_TRY(read_output(file, scene));
   if (!surfaces && !swept)
     return hetab_yaml_fail(file, root, "surfaces", "neither surfaces nor a sweep: give one");
   if (surfaces)

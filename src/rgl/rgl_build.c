@@ -11,7 +11,7 @@
 #include "rgl/rgl_trial.h"
 
 /* Incidences, every 2 degrees. */
-enum { PROBES = 46, LAST_PROBE = 42, PROBE_RESOLUTION = 24 };
+enum { PROBES = 46, LAST_PROBE = 42 };
 /* Beyond 84 degrees the error may be this much larger. */
 static const double grazing_share = 5.0;
 
@@ -21,7 +21,7 @@ static const double grazing_share = 5.0;
  * neighbours, as a reader takes it. */
 static hetab_status probe_error(hetab_context *ctx, const hetab_rgl_source *source,
                                 const hetab_rgl *probe, size_t k, double *slices, double *error) {
-  size_t values = source->channels * PROBE_RESOLUTION * PROBE_RESOLUTION;
+  size_t values = source->channels * probe->resolution * probe->resolution;
   double *before = slices + (k - 1) * values, *after = slices + (k + 1) * values, sums[2] = {0};
   hetab_blend blend = {2, {k - 1, k + 1}, {0.5f, 0.5f}};
   double *truth = hetab_alloc(ctx, values, sizeof *truth);
@@ -42,12 +42,11 @@ static hetab_status probe_error(hetab_context *ctx, const hetab_rgl_source *sour
  * radian. */
 static hetab_status probe_density(hetab_context *ctx, const hetab_rgl_source *source,
                                   hetab_rgl_shape shape, double *density) {
-  size_t values = source->channels * PROBE_RESOLUTION * PROBE_RESOLUTION;
+  size_t values = source->channels * shape.resolution * shape.resolution;
   double theta[PROBES], *slices = NULL, step = M_PI_2 / (PROBES - 1);
   hetab_rgl *probe;
   hetab_status status;
   shape.theta_i = PROBES;
-  shape.resolution = PROBE_RESOLUTION;
   for (size_t k = 0; k < PROBES; k++)
     theta[k] = step * (double)k;
   HETAB_TRY(hetab_rgl_new(ctx, source, &shape, theta, &probe));
@@ -129,6 +128,16 @@ static const double bias_share = 0.3;
 /* From the error expected of one candidate to that of the next. */
 static const double coarsest = 0.3, finer = 0.87;
 
+/* How well a search looks: nodes of the tables that `cells` and the softness are found from, nodes
+ * of the slices that incidences are placed by, directions at each of its incidences, and the last
+ * of these. A search goes on until the error is met; a forecast has to know the worst. */
+typedef struct effort {
+  size_t cells, slices, directions;
+  double last_deg;
+} effort;
+static const effort forecasting = {24, 12, 250, 80.0};
+static const effort searching = {48, 24, HETAB_RGL_DIRECTIONS, 75.0};
+
 /* What one surface's candidates are made of. Incidences alone would leave an error of (intervals /
  * (theta_i - 1))^2, nodes one of (cells / (resolution - 1))^2. */
 typedef struct search {
@@ -138,7 +147,7 @@ typedef struct search {
   double density[PROBES];
   double intervals, cells;
   hetab_rgl_shape shape;
-  size_t probe_resolution; /* of the tables that `cells` and the softness are found from */
+  effort effort;
   hetab_rgl_trial trial;
   size_t failing; /* an incidence where the last candidate did not serve */
   hetab_rgl *best;
@@ -225,26 +234,33 @@ static bool keeps(const search *s) {
          s->report.error_grazing <= 0.1;
 }
 
+/* The shape that is given, 15 % larger k times. */
+static hetab_rgl_shape given_shape(const search *s, const hetab_rgl_options *options, int k) {
+  double larger = pow(1.15, k);
+  hetab_rgl_shape shape = s->shape;
+  size_t theta_i = clamp_count((double)options->theta_i_count, LEAST_THETA_I, MOST_THETA_I);
+  size_t resolution = clamp_count((double)options->resolution, LEAST_RESOLUTION, MOST_RESOLUTION);
+  shape.theta_i = clamp_count(larger * (double)theta_i, LEAST_THETA_I, MOST_THETA_I);
+  shape.resolution = clamp_count(larger * (double)resolution, LEAST_RESOLUTION, MOST_RESOLUTION);
+  return shape;
+}
+
 /* The shape that is given, or the first of a few larger ones that keeps what is asked for; if none
- * does, the given one where its L1 does, else the largest. */
+ * does, the first whose L1 does; if none does, the largest. */
 static hetab_status try_given(search *s, const hetab_rgl_options *options) {
   enum { TRIES = 4 };
-  hetab_rgl_shape given = s->shape;
-  given.theta_i = clamp_count((double)options->theta_i_count, LEAST_THETA_I, MOST_THETA_I);
-  given.resolution = clamp_count((double)options->resolution, LEAST_RESOLUTION, MOST_RESOLUTION);
-  bool keeps_l1 = false;
+  hetab_rgl_shape shape;
+  int keeps_l1 = TRIES;
   for (int k = 0; k < TRIES; k++) {
-    double larger = pow(1.15, k);
-    hetab_rgl_shape shape = given;
-    shape.theta_i = clamp_count(larger * (double)given.theta_i, LEAST_THETA_I, MOST_THETA_I);
-    shape.resolution =
-        clamp_count(larger * (double)given.resolution, LEAST_RESOLUTION, MOST_RESOLUTION);
+    shape = given_shape(s, options, k);
     HETAB_TRY(try_shape(s, &shape, 1));
     if (keeps(s))
       return HETAB_OK;
-    keeps_l1 |= k == 0 && s->report.error_l1 <= s->target;
+    if (keeps_l1 == TRIES && s->report.error_l1 <= s->target)
+      keeps_l1 = k;
   }
-  return keeps_l1 ? try_shape(s, &given, 1) : HETAB_OK;
+  shape = given_shape(s, options, keeps_l1);
+  return keeps_l1 < TRIES - 1 ? try_shape(s, &shape, 1) : HETAB_OK;
 }
 
 /* Nodes for the lobe: at least 4 over its half width. */
@@ -263,13 +279,11 @@ static hetab_status choose_nodes(search *s) {
   return HETAB_OK;
 }
 
-enum { FORECAST_PROBE = 24, SEARCH_PROBE = 48 };
-
 /* How many nodes an error of 1 would take with this softness: of a table read at its own
  * incidences. With `trial`, the directions that candidates are judged at, drawn from it. */
 static hetab_status probe_cells(search *s, double soft, hetab_rgl_trial *trial, double *cells) {
   enum { SLICES = 6 };
-  static const double theta_deg[SLICES] = {0.0, 20.0, 40.0, 60.0, 75.0, 90.0};
+  const double theta_deg[SLICES] = {0.0, 20.0, 40.0, 60.0, s->effort.last_deg, 90.0};
   double theta_i[SLICES];
   hetab_rgl_shape shape = s->shape;
   hetab_rgl_report report;
@@ -277,14 +291,15 @@ static hetab_status probe_cells(search *s, double soft, hetab_rgl_trial *trial, 
   hetab_rgl *probe;
   hetab_status status;
   shape.theta_i = SLICES;
-  shape.resolution = s->probe_resolution;
+  shape.resolution = s->effort.cells;
   shape.soft = soft;
   for (size_t k = 0; k < SLICES; k++)
     theta_i[k] = hetab_radians(theta_deg[k]);
   HETAB_TRY(build_at(s->ctx, s->source, theta_i, &shape, &probe));
-  HETAB_GOTO(hetab_rgl_trial_at(s->ctx, s->source, probe, theta_i, SLICES - 1, &own));
+  HETAB_GOTO(hetab_rgl_trial_at(s->ctx, s->source, probe, theta_i, SLICES - 1, s->effort.directions,
+                                &own));
   hetab_rgl_trial_run(&own, probe, &report);
-  *cells = (double)(s->probe_resolution - 1) * sqrt(report.error_l1);
+  *cells = (double)(s->effort.cells - 1) * sqrt(report.error_l1);
   if (trial)
     HETAB_GOTO(hetab_rgl_trial_create(s->ctx, s->source, probe, 1, trial));
 done:
@@ -310,7 +325,9 @@ static hetab_status choose_soft(search *s) {
 static hetab_status prepare(search *s) {
   HETAB_TRY(choose_nodes(s));
   HETAB_TRY(choose_soft(s));
-  HETAB_TRY(probe_density(s->ctx, s->source, s->shape, s->density));
+  hetab_rgl_shape slices = s->shape;
+  slices.resolution = s->effort.slices;
+  HETAB_TRY(probe_density(s->ctx, s->source, slices, s->density));
   for (size_t k = 1; k < PROBES; k++)
     s->intervals += 0.5 * (s->density[k - 1] + s->density[k]) * M_PI_2 / (PROBES - 1);
   return HETAB_OK;
@@ -320,7 +337,7 @@ static hetab_status prepare(search *s) {
 
 hetab_status hetab_rgl_forecast_make(hetab_context *ctx, const hetab_rgl_source *source,
                                      hetab_rgl_forecast *out) {
-  search s = {.ctx = ctx, .source = source, .probe_resolution = FORECAST_PROBE};
+  search s = {.ctx = ctx, .source = source, .effort = forecasting};
   hetab_status status = prepare(&s);
   *out = (hetab_rgl_forecast){.intervals = s.intervals, .cells = s.cells, .nodes = s.shape};
   return status;
@@ -329,7 +346,7 @@ hetab_status hetab_rgl_forecast_make(hetab_context *ctx, const hetab_rgl_source 
 /* The worst incidence's error is about this of the part that incidences leave, and this of the part
  * that nodes leave: within a factor of 2 (tests/test_cli_batch.sh). `spare` keeps nearly all
  * below what is asked for. */
-static const double of_intervals = 1.1, of_cells = 1.4, spare = 0.55;
+static const double of_intervals = 1.1, of_cells = 1.0, spare = 0.72;
 
 /* The bytes, T R^2, are least where nodes are left two thirds of the error. */
 hetab_status hetab_rgl_forecast_at(hetab_context *ctx, const hetab_rgl_forecast *f,
@@ -357,7 +374,7 @@ hetab_status hetab_rgl_build(hetab_context *ctx, const hetab_rgl_source *source,
   search s = {.ctx = ctx,
               .source = source,
               .target = options->table_error,
-              .probe_resolution = options->resolution ? FORECAST_PROBE : SEARCH_PROBE};
+              .effort = options->resolution ? forecasting : searching};
   hetab_status status;
   *out = NULL;
   if (s.target == 0.0)

@@ -37,7 +37,7 @@ hetab_status hetab_rgl_build(hetab_context *ctx, const hetab_rgl_source *source,
                              const hetab_rgl_options *options, hetab_rgl **out,
                              hetab_rgl_report *report);
 
-/* What a table's shape needs, from small trials: about a sixth of the work of making it. */
+/* What a table's shape needs, from small trials: about a fifth of the work of making it. */
 typedef struct hetab_rgl_forecast {
   double intervals, cells; /* incidences alone leave an error of (intervals / (theta_i - 1))^2,
                               nodes one of (cells / (resolution - 1))^2 */

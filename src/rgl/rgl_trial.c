@@ -6,7 +6,7 @@
 #include "core/random.h"
 #include "model/model.h"
 
-enum { DIRECTIONS = 1000, UP_TO_LAST = 32, GRAZING = 8 };
+enum { UP_TO_LAST = 32, GRAZING = 8 };
 
 static const double last_deg = 80.0, grazing_deg = 89.0;
 
@@ -73,11 +73,11 @@ static hetab_directions pair_of(const float wi[3], const float wo[3]) {
 
 static hetab_status trial_at(hetab_context *ctx, const hetab_rgl_source *source,
                              const hetab_rgl *sampler, const double *theta_i, size_t incidences,
-                             uint64_t state, hetab_rgl_trial *trial) {
-  size_t count = incidences * DIRECTIONS;
+                             size_t directions, uint64_t state, hetab_rgl_trial *trial) {
+  size_t count = incidences * directions;
   hetab_status status;
   *trial = (hetab_rgl_trial){
-      .incidences = incidences, .directions = DIRECTIONS, .channels = source->channels};
+      .incidences = incidences, .directions = directions, .channels = source->channels};
   hetab_directions *pairs = hetab_alloc(ctx, count, sizeof *pairs);
   HETAB_GOTO(pairs ? allocate(ctx, trial) : HETAB_ERR_MEMORY);
   for (size_t k = 0; k < incidences; k++) {
@@ -85,7 +85,7 @@ static hetab_status trial_at(hetab_context *ctx, const hetab_rgl_source *source,
     trial->theta_i[k] = theta_i[k];
     trial->specular[k] = source->specular ? source->specular(source->user, theta_i[k]) : 0.0;
     set_direction(theta_i[k], 2.0 * M_PI * hetab_random_unit(&state), trial->wi[k]);
-    for (size_t j = 0, i = k * DIRECTIONS; j < DIRECTIONS; j++, i++) {
+    for (size_t j = 0, i = k * directions; j < directions; j++, i++) {
       trial->weight[i] = draw(sampler, trial->wi[k], j, shift, trial->wo[i]);
       if (trial->weight[i] > 0.0)
         pairs[i] = pair_of(trial->wi[k], trial->wo[i]);
@@ -101,8 +101,8 @@ done:
 
 hetab_status hetab_rgl_trial_at(hetab_context *ctx, const hetab_rgl_source *source,
                                 const hetab_rgl *sampler, const double *theta_i, size_t count,
-                                hetab_rgl_trial *trial) {
-  return trial_at(ctx, source, sampler, theta_i, count, 3, trial);
+                                size_t directions, hetab_rgl_trial *trial) {
+  return trial_at(ctx, source, sampler, theta_i, count, directions, 3, trial);
 }
 
 hetab_status hetab_rgl_trial_create(hetab_context *ctx, const hetab_rgl_source *source,
@@ -114,7 +114,8 @@ hetab_status hetab_rgl_trial_create(hetab_context *ctx, const hetab_rgl_source *
     theta_i[k] = last * ((double)(k - 1) + hetab_random_unit(&seed)) / (UP_TO_LAST - 2);
   for (size_t k = 0; k <= GRAZING; k++)
     theta_i[UP_TO_LAST - 1 + k] = last + step * (double)k;
-  return trial_at(ctx, source, sampler, theta_i, UP_TO_LAST + GRAZING, seed, trial);
+  return trial_at(ctx, source, sampler, theta_i, UP_TO_LAST + GRAZING, HETAB_RGL_DIRECTIONS, seed,
+                  trial);
 }
 
 /* Sums over one incidence: of |difference|, the difference, and the reference. */

@@ -6,6 +6,8 @@
 
 #include "rgl/rgl_build.h"
 
+enum { HETAB_RGL_DIRECTIONS = 1000 }; /* that an incidence is judged at */
+
 typedef struct hetab_rgl_trial {
   size_t incidences, directions, channels;
   double *theta_i;  /* [incidences] */
@@ -17,11 +19,11 @@ typedef struct hetab_rgl_trial {
   double *specular; /* [incidences]: what is reflected beside the table */
 } hetab_rgl_trial;
 
-/* At these incidences, radians, turned at random; directions half by `sampler` and half evenly over
- * the hemisphere. */
+/* At these incidences, radians, turned at random, so many directions each; directions half by
+ * `sampler` and half evenly over the hemisphere. */
 hetab_status hetab_rgl_trial_at(hetab_context *ctx, const hetab_rgl_source *source,
                                 const hetab_rgl *sampler, const double *theta_i, size_t count,
-                                hetab_rgl_trial *trial);
+                                size_t directions, hetab_rgl_trial *trial);
 
 /* At 0, at 80 degrees and at 30 random places between, one in each of equal intervals, and at 8
  * from 80 to 89 degrees. */

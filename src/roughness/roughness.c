@@ -16,6 +16,12 @@ static hetab_status check_options(hetab_context *ctx, const hetab_roughness_opti
     return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
                       "a cut-off of %g um: give a length, 0 for no filter, or HETAB_CUTOFF_AUTO",
                       o->cutoff_um);
+  if (o->filter && o->cutoff_um == HETAB_CUTOFF_AUTO)
+    return hetab_fail(
+        ctx, HETAB_ERR_ARGUMENT,
+        "the cut-off of largest slope is found by what the Gaussian filter does to two "
+        "scales: give one for the %s filter",
+        hetab_filter_name(o->filter));
   if (isnan(o->outlier) || !(o->wavelength_um >= 0 && isfinite(o->wavelength_um)))
     return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
                       "outlier %g and wavelength %g um: both have to be numbers, the latter not "
@@ -69,6 +75,7 @@ static hetab_status split_first(hetab_context *ctx, const hetab_scan_list *list,
 static hetab_status measure_small(hetab_context *ctx, const hetab_scan_list *list,
                                   const hetab_roughness_options *o, hetab_roughness *r) {
   r->cutoff_um = o->cutoff_um;
+  r->filter = o->filter;
   if (o->cutoff_um == HETAB_CUTOFF_AUTO)
     HETAB_TRY(hetab_find_cutoff(ctx, list, &r->raw, &r->cutoff_scan, &r->cutoff_um));
   HETAB_TRY(hetab_component_measure(ctx, list, r->cutoff_um, &r->small));

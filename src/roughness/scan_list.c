@@ -39,7 +39,7 @@ static hetab_status list_scans(hetab_context *ctx, hetab_scan_list *list) {
 hetab_status hetab_scan_list_create(hetab_context *ctx, const hetab_heights *const *heights,
                                     size_t inputs, const hetab_roughness_options *options,
                                     hetab_scan_list *list) {
-  *list = (hetab_scan_list){.heights = heights, .inputs = inputs};
+  *list = (hetab_scan_list){.heights = heights, .inputs = inputs, .filter = options->filter};
   hetab_status status = HETAB_ERR_MEMORY;
   list->levelled = hetab_alloc(ctx, inputs, sizeof *list->levelled);
   if (!list->levelled)

@@ -18,6 +18,7 @@ typedef struct hetab_scan_list {
   size_t inputs;
   hetab_listed_scan *scans; /* [count] */
   size_t count, longest;
+  hetab_filter filter; /* as asked for */
 } hetab_scan_list;
 
 /* Levels all. */

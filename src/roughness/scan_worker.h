@@ -2,12 +2,13 @@
 #ifndef HETAB_ROUGHNESS_SCAN_WORKER_H
 #define HETAB_ROUGHNESS_SCAN_WORKER_H
 
-#include "roughness/gaussian_filter.h"
+#include "roughness/line_filter.h"
 #include "roughness/scan_list.h"
 #include "roughness/statistics.h"
 
 typedef struct hetab_scan_worker {
-  hetab_gaussian_filter filter;
+  hetab_filter kind;
+  hetab_line_filter filter;
   hetab_statistics statistics;
   size_t count; /* that these are made for */
   double spacing_um;

@@ -238,7 +238,7 @@ def define():
 
         def __init__(self, props):
             mi.BSDF.__init__(self, props)
-            path = props["filename"]
+            path = str(mi.file_resolver().resolve(props["filename"]))
             self.table = mi.load_dict({"type": "measured", "filename": path})
             beside = os.path.splitext(path)[0] + ".specular.csv"
             self.nm, self.rho = self.read(beside)

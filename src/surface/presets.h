@@ -7,7 +7,8 @@
 typedef struct hetab_preset {
   const char *name, *metal;
   double sigma0_um, tau_um;
-  double diffuse_brdf; /* 1/sr */
+  double non_uniformity; /* of sigma0; 0: not known */
+  double diffuse_reflectance;
   const char *description;
 } hetab_preset;
 

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "core/number.h"
+#include "surface/index_parts.h"
 #include "surface/presets.h"
 #include "core/text.h"
 #include "surface/wavelengths.h"
@@ -36,6 +37,33 @@ void hetab_surface_free(hetab_surface *surface) {
   free(surface->diffuse);
   free(surface->bands);
   free(surface);
+}
+
+hetab_status hetab_surface_copy(hetab_context *ctx, const hetab_surface *surface,
+                                hetab_surface **out) {
+  hetab_surface *copy;
+  *out = NULL;
+  HETAB_TRY(hetab_surface_new(ctx, surface->name, &copy));
+  double *diffuse = hetab_alloc(ctx, surface->diffuse_count, sizeof *diffuse);
+  hetab_band *bands = hetab_alloc(ctx, surface->count, sizeof *bands);
+  hetab_status status = diffuse && bands ? HETAB_OK : HETAB_ERR_MEMORY;
+  hetab_surface owned = *surface;
+  free(copy->diffuse);
+  owned.name = copy->name;
+  owned.diffuse = diffuse;
+  owned.bands = bands;
+  owned.index = NULL;
+  *copy = owned;
+  if (status == HETAB_OK)
+    status = hetab_index_copy(ctx, surface->index, &copy->index);
+  if (status != HETAB_OK) {
+    hetab_surface_free(copy);
+    return status;
+  }
+  memcpy(diffuse, surface->diffuse, surface->diffuse_count * sizeof *diffuse);
+  memcpy(bands, surface->bands, surface->count * sizeof *bands);
+  *out = copy;
+  return HETAB_OK;
 }
 
 /* ---- wavelengths ---- */
@@ -155,8 +183,10 @@ static hetab_status fill_preset(hetab_context *ctx, const hetab_preset *preset,
                                 hetab_surface *surface) {
   surface->sigma0_um = preset->sigma0_um;
   surface->tau_um = preset->tau_um;
-  surface->diffuse_is_brdf = preset->diffuse_brdf > 0;
-  surface->diffuse[0] = preset->diffuse_brdf;
+  surface->diffuse[0] = preset->diffuse_reflectance;
+  for (int i = 0; i < 2 && preset->non_uniformity > 0; i++)
+    surface->sigma0_bounds_um[i] =
+        round(1e6 * preset->sigma0_um * (1 + (2 * i - 1) * preset->non_uniformity)) / 1e6;
   HETAB_TRY(hetab_index_metal(ctx, preset->metal, &surface->index));
   double *lambda_um;
   size_t count;

@@ -1,4 +1,5 @@
 /* Reading a surface from YAML; include/hetab/surface.h describes the keys. */
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -20,6 +21,7 @@ static const char *const surface_keys[] = {"name",
                                            "diffuse_reflectance",
                                            "sigma0_bounds_um",
                                            "tau_bounds_um",
+                                           "slope_bounds",
                                            NULL};
 static const char *const index_keys[] = {"file", "n", "k", NULL};
 
@@ -46,7 +48,7 @@ static hetab_status read_sigma0(hetab_yaml *file, const yaml_node_t *root, hetab
 
 /* [low, high] about the value; bounds stay 0 without the key. */
 static hetab_status read_bounds(hetab_yaml *file, const yaml_node_t *root, const char *key,
-                                double value, double bounds[2]) {
+                                const hetab_rule *rule, double value, double bounds[2]) {
   yaml_node_t *node = hetab_yaml_get(file, root, key);
   if (!node)
     return HETAB_OK;
@@ -54,7 +56,7 @@ static hetab_status read_bounds(hetab_yaml *file, const yaml_node_t *root, const
     return hetab_yaml_fail(file, node, key, "not a list: give [LOW, HIGH]");
   double *values;
   size_t count;
-  HETAB_TRY(hetab_yaml_numbers(file, node, key, &hetab_rule_length, &values, &count));
+  HETAB_TRY(hetab_yaml_numbers(file, node, key, rule, &values, &count));
   bool good = count == 2 && values[0] <= value && value <= values[1];
   if (good)
     memcpy(bounds, values, 2 * sizeof *bounds);
@@ -64,6 +66,22 @@ static hetab_status read_bounds(hetab_yaml *file, const yaml_node_t *root, const
                                 "give [LOW, HIGH] with the value, %g, between them", value);
 }
 
+/* sigma0_bounds_um, or slope_bounds: the same, times tau. */
+static hetab_status read_sigma0_bounds(hetab_yaml *file, const yaml_node_t *root,
+                                       hetab_surface *surface) {
+  double *bounds = surface->sigma0_bounds_um, tau = surface->tau_um;
+  const yaml_node_t *slope = hetab_yaml_get(file, root, "slope_bounds");
+  if (slope && hetab_yaml_get(file, root, "sigma0_bounds_um"))
+    return hetab_yaml_fail(file, slope, "slope_bounds",
+                           "given besides sigma0_bounds_um: keep one of them");
+  HETAB_TRY(read_bounds(file, root, slope ? "slope_bounds" : "sigma0_bounds_um",
+                        slope ? &hetab_rule_slope : &hetab_rule_length,
+                        surface->sigma0_um / (slope ? tau : 1), bounds));
+  for (int i = 0; i < 2 && slope; i++) /* a slope next to its bound is on it */
+    bounds[i] = (i ? fmax : fmin)(bounds[i] * tau, surface->sigma0_um);
+  return HETAB_OK;
+}
+
 static hetab_status read_roughness(hetab_yaml *file, const yaml_node_t *root,
                                    hetab_surface *surface) {
   yaml_node_t *tau_node;
@@ -71,9 +89,9 @@ static hetab_status read_roughness(hetab_yaml *file, const yaml_node_t *root,
       hetab_yaml_require(file, root, "tau_um", "add tau_um (correlation length, um)", &tau_node));
   HETAB_TRY(hetab_yaml_number(file, tau_node, "tau_um", &hetab_rule_length, &surface->tau_um));
   HETAB_TRY(read_sigma0(file, root, surface));
-  HETAB_TRY(
-      read_bounds(file, root, "sigma0_bounds_um", surface->sigma0_um, surface->sigma0_bounds_um));
-  return read_bounds(file, root, "tau_bounds_um", surface->tau_um, surface->tau_bounds_um);
+  HETAB_TRY(read_sigma0_bounds(file, root, surface));
+  return read_bounds(file, root, "tau_bounds_um", &hetab_rule_length, surface->tau_um,
+                     surface->tau_bounds_um);
 }
 
 /* ---- index ---- */

@@ -148,7 +148,7 @@ static void run_x3p(const uint8_t *data, size_t size, const char *path) {
 static void run_published(const uint8_t *data, size_t size, const char *path) {
   hetab_published *published;
   write_file(path, data, size);
-  ACCEPTED(hetab_published_load(ctx, path, &published), published);
+  ACCEPTED(hetab_published_load(ctx, &path, 1, &published), published);
   hetab_published_free(published);
 }
 

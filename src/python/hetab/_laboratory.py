@@ -37,15 +37,17 @@ def heights_of(source, spacing_um, unit):
 
 def roughness(*heights: str | os.PathLike | ArrayLike, cutoff_um: float | str | None = None,
               spacing_um: float | None = None, unit: str | None = None,
-              outlier: float | None = None, progress: Progress | None = None) -> Record:
+              outlier: float | None = None, filter: str | None = None,
+              progress: Progress | None = None) -> Record:
     """sigma0 and tau of height scans: files (text, X3P, SDF) or arrays [scan, point] in um with
-    their spacing_um. cutoff_um: of the ISO 16610-21 Gaussian filter, or "auto".
+    their spacing_um. cutoff_um: of the filter ("gaussian", "robust", "fourier", "average"), or
+    "auto".
 
     raw and, with a cut-off, small are what was found (sigma_um.mean, tau_um.mean, slope.mean with
     error, low, high; scans has each); notes says where the model's assumptions fail
     (include/hetab/roughness.h)."""
     handles = [heights_of(source, spacing_um, unit) for source in heights]
-    chosen = options("hetab_roughness_options", outlier=outlier,
+    chosen = options("hetab_roughness_options", outlier=outlier, filter=filter,
                      cutoff_um=-1.0 if cutoff_um == "auto" else cutoff_um)
     result = create("roughness", lib.hetab_roughness_measure,
                     ffi.new("hetab_heights *[]", handles), len(handles), chosen, progress=progress)
@@ -91,7 +93,7 @@ def parameter(wish):
 
 
 def fit(measured, index: str | os.PathLike | complex, *, slope=None, sigma0_um=None, tau_um=None,
-        n=None, diffuse="free", weights: str = "energy", constraint: str = "auto",
+        n=None, diffuse="free", weights: str = "auto", constraint: str = "auto",
         precision: str = "double", device: str | None = None, progress: Progress | None = None,
         **other) -> Record:
     """The parameters of a surface from its BRDF: a file (.brdf, .astm, .csv, MERL, HDF5) or what
