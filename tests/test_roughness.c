@@ -417,9 +417,10 @@ static void check_tally(const tally *t, const char *surface) {
   double cover = (double)t->covered / t->count;
   print_message("  %-8s %-9s bias %+5.2f %%, spread %4.2f %%, covered %.3f\n", surface, t->name,
                 100 * bias, 100 * spread, cover);
-  assert_true(fabs(bias) <= TOL_SCAN_BIAS);
-  assert_true(spread <= TOL_SCAN_SPREAD);
-  assert_true(cover >= TOL_SCAN_COVER);
+  double few = sqrt(fmax(1.0, (double)TRIALS / t->count)); /* their own noise */
+  assert_true(fabs(bias) <= few * TOL_SCAN_BIAS);
+  assert_true(spread <= few * TOL_SCAN_SPREAD);
+  assert_true(1 - cover <= few * (1 - TOL_SCAN_COVER));
 }
 
 static hetab_roughness *one_trial(hetab_context *ctx, profile_scale small, double cutoff_um,
@@ -506,7 +507,7 @@ static void test_single_scans_cover(void **state) {
   for (int i = 0; i < 3; i++) {
     double cover = (double)all[i]->covered / SINGLE;
     print_message("  one scan, %s: covered %.3f\n", all[i]->name, cover);
-    assert_true(cover >= TOL_SCAN_COVER && cover < 0.995);
+    assert_true(cover >= TOL_SCAN_COVER_ONE && cover < 0.995);
   }
 }
 

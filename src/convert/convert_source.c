@@ -129,7 +129,7 @@ enum { BLOCK = 256 };
 static void read_block(const hetab_convert_source *source, size_t count, const float (*wi)[3],
                        const float (*wo)[3], float *values) {
   if (!source->rgl)
-    hetab_lookup_eval_batch(source->table, count, wi, wo, values);
+    hetab_lookup_eval(source->table, NULL, count, wi[0], wo[0], values, NULL);
   for (size_t i = 0; i < count && source->rgl; i++)
     hetab_rgl_smooth_eval(&source->smooth, wi[i], wo[i], values + i * source->channels_in);
 }
@@ -160,7 +160,7 @@ hetab_status hetab_convert_specular(hetab_context *ctx, const hetab_convert_sour
   float *in = hetab_alloc(ctx, source->channels_in, sizeof *in);
   if (!in)
     return HETAB_ERR_MEMORY;
-  hetab_lookup_specular(source->table, wi, in);
+  hetab_lookup_albedo(source->table, NULL, 1, wi, NULL, in);
   hetab_convert_channels(source, in, value);
   free(in);
   return HETAB_OK;

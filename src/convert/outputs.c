@@ -162,7 +162,7 @@ static hetab_status check_not_black(hetab_context *ctx, const hetab_convert_sour
     return HETAB_ERR_MEMORY;
   for (int deg = 0; deg <= 80; deg += 10) {
     const float wi[3] = {(float)sin(deg * M_PI / 180), 0, (float)cos(deg * M_PI / 180)};
-    hetab_lookup_albedo(source->table, wi, albedo);
+    hetab_lookup_albedo(source->table, NULL, 1, wi, albedo, NULL);
     for (size_t c = 0; c < source->channels_in; c++)
       lit |= albedo[c] > 0;
   }
@@ -217,7 +217,7 @@ static hetab_status write_csv(hetab_context *ctx, const hetab_convert_source *so
   for (size_t i = 0; i < ANGLES && status == HETAB_OK; i++) {
     double theta_i = (double)i * M_PI / 180;
     const float wi[3] = {(float)sin(theta_i), 0, (float)cos(theta_i)};
-    hetab_lookup_specular(source->table, wi, at);
+    hetab_lookup_albedo(source->table, NULL, 1, wi, NULL, at);
     for (size_t w = 0; w < count; w++)
       rho[w * ANGLES + i] = (double)at[w];
   }
@@ -263,7 +263,7 @@ static double largest_specular(const hetab_convert_source *source, float *rho) {
   float largest = 0;
   for (int i = 0; i < ANGLES; i++) {
     const float wi[3] = {(float)sin(i * M_PI / 180), 0, (float)cos(i * M_PI / 180)};
-    hetab_lookup_specular(source->table, wi, rho);
+    hetab_lookup_albedo(source->table, NULL, 1, wi, NULL, rho);
     for (size_t c = 0; c < source->channels_in; c++)
       largest = fmaxf(largest, rho[c]);
   }

@@ -1,6 +1,5 @@
 #include <hetab/tabulate_to.h>
 
-#include <float.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -9,12 +8,12 @@
 #include <hetab/host_model.h>
 
 #include "convert/radiant.h"
+#include "convert/read_back.h"
 #include "core/option_size.h"
 #include "core/angle.h"
 #include "core/held_files.h"
 #include "core/clock.h"
 #include "core/context.h"
-#include "table/exr_file.h"
 #include "table/specular.h"
 #include "table/table_format.h"
 
@@ -60,10 +59,10 @@ static bool is_dense(const output *o) {
 
 /* Whether the delta is in the table, as a lobe: then no file of it may be beside. */
 static bool is_folded(const job *job, const output *o) {
-  const hetab_tabulate_to_options *options = &job->options;
-  return (o->report.format == HETAB_FORMAT_MERL && options->merl &&
-          options->merl->specular_cone > 0) ||
-         (o->report.format == HETAB_FORMAT_RGL && options->rgl && options->rgl->specular_cone > 0);
+  const hetab_tabulate_to_options *to = &job->options;
+  return o->report.format == HETAB_FORMAT_MERL  ? to->merl && to->merl->specular_cone > 0
+         : o->report.format == HETAB_FORMAT_RGL ? to->rgl && to->rgl->specular_cone > 0
+                                                : false;
 }
 
 static bool has_dense(const job *job) {
@@ -192,12 +191,17 @@ static hetab_status save_specular(job *job, output *o) {
 
 /* ---- dense tables -------------------------------------------------------------------------- */
 
-static hetab_status create_h5(job *job, output *o) {
+static hetab_h5_options h5_options(const job *job) {
   hetab_h5_options h5 = {.element = precision_of(job)};
   if (job->options.h5)
     h5 = *job->options.h5;
   h5.slabs = precision_of(job);
   h5.overwrite = job->options.overwrite;
+  return h5;
+}
+
+static hetab_status create_h5(job *job, output *o) {
+  hetab_h5_options h5 = h5_options(job);
   return hetab_h5_create(job->ctx, o->path, job->surface, job->grid, &h5, &o->writer);
 }
 
@@ -234,9 +238,7 @@ static bool slab_radiant(const job *job, const hetab_slab *slab) {
   bool floats = has(job, HETAB_FORMAT_EXR) || (h5 && h5->element == HETAB_FLOAT);
   size_t count = slab->theta_i_count * hetab_grid_count(job->grid, HETAB_THETA_R) *
                  hetab_grid_count(job->grid, HETAB_PHI);
-  return precision_of(job) == HETAB_FLOAT
-             ? hetab_floats_radiant(slab->values, count)
-             : hetab_doubles_radiant(slab->values, count, floats ? (double)FLT_MAX : DBL_MAX);
+  return hetab_radiant(slab->values, count, precision_of(job), floats);
 }
 
 /* A slab goes to every HDF5 and OpenEXR output. A bad one stops the job: nothing is published. */
@@ -291,12 +293,6 @@ static hetab_status fill_rgl(job *job) {
   return HETAB_OK;
 }
 
-static hetab_status open_engine(job *job) {
-  HETAB_TRY(hetab_engine_create(job->ctx, job->options.engine, &job->own_engine));
-  job->engine = job->own_engine;
-  return HETAB_OK;
-}
-
 /* The files' layout and the engine, if one is needed; the OpenCL runtime loads meanwhile. OpenEXR
  * headers name the device, and come after it. */
 static hetab_status prepare(job *job) {
@@ -310,8 +306,10 @@ static hetab_status prepare(job *job) {
   job->grid = job->own_grid ? job->own_grid : job->options.grid;
   if (has(job, HETAB_FORMAT_H5) && !exr)
     HETAB_TRY(create_writers(job));
-  if (make_engine)
-    HETAB_TRY(open_engine(job));
+  if (make_engine) {
+    HETAB_TRY(hetab_engine_create(job->ctx, job->options.engine, &job->own_engine));
+    job->engine = job->own_engine;
+  }
   return exr ? create_writers(job) : HETAB_OK;
 }
 
@@ -329,12 +327,9 @@ static hetab_status fill(job *job) {
 /* Of the file's numbers. */
 static hetab_error_stats file_error(const job *job, const output *o) {
   const hetab_error_stats *error = &o->report.report.error;
-  hetab_h5_options h5 = {.element = precision_of(job)};
-  if (o->report.format == HETAB_FORMAT_H5 && job->options.h5)
-    h5 = *job->options.h5;
+  hetab_h5_options h5 = h5_options(job);
   if (o->report.format == HETAB_FORMAT_EXR)
     h5.element = HETAB_FLOAT;
-  h5.slabs = precision_of(job);
   return is_dense(o) ? hetab_h5_error(&h5, error) : *error;
 }
 
@@ -366,36 +361,16 @@ static hetab_status save(job *job, output *o) {
   return HETAB_OK;
 }
 
-/* As readers would: what does not read back is not published. */
-static hetab_status read_back(const job *job, hetab_format format, const char *path) {
-  hetab_context *ctx = job->ctx;
-  hetab_h5_table *h5 = NULL;
-  hetab_merl *merl = NULL;
-  hetab_rgl *rgl = NULL;
-  hetab_status status = HETAB_OK;
-  bool by_wavelength = job->exr.parts == HETAB_EXR_BY_WAVELENGTH;
-  if (format == HETAB_FORMAT_H5)
-    status = hetab_h5_open(ctx, path, &h5);
-  else if (format == HETAB_FORMAT_MERL)
-    status = hetab_merl_load(ctx, path, &merl);
-  else if (format == HETAB_FORMAT_RGL)
-    status = hetab_rgl_load(ctx, path, &rgl);
-  else
-    status = hetab_exr_file_check(ctx, path,
-                                  1 + (by_wavelength ? hetab_surface_band_count(job->surface)
-                                                     : hetab_grid_count(job->grid, HETAB_THETA_I)));
-  hetab_h5_free(h5);
-  hetab_merl_free(merl);
-  hetab_rgl_free(rgl);
-  return status;
-}
-
+/* What does not read back is not published. */
 static hetab_status check_output(job *job, const output *o) {
   char reason[sizeof job->ctx->message];
   char *path = hetab_atomic_held_path(job->ctx, &job->held, o->held - 1);
   if (!path)
     return HETAB_ERR_MEMORY;
-  hetab_status status = read_back(job, o->report.format, path);
+  size_t parts = job->exr.parts == HETAB_EXR_BY_WAVELENGTH
+                     ? hetab_surface_band_count(job->surface)
+                     : hetab_grid_count(job->grid, HETAB_THETA_I);
+  hetab_status status = hetab_read_back(job->ctx, o->report.format, path, 1 + parts);
   free(path);
   if (status == HETAB_OK)
     return HETAB_OK;

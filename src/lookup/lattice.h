@@ -21,6 +21,7 @@
 #include <stdint.h>
 
 #include "core/context.h"
+#include "table/band_places.h"
 
 /* Nodes along v, c and q. A third fewer each doubles the error, more gain little up to 75 degrees;
  * with three channels all of it stays in a core's second cache. */
@@ -59,8 +60,12 @@ hetab_status hetab_lattice_create(hetab_context *ctx, size_t channels, hetab_lat
                                   const void *user, hetab_lattice *lattice);
 void hetab_lattice_clear(hetab_lattice *lattice);
 
-/* value[count][channels], 1/sr; 0 below the horizon. */
-void hetab_lattice_eval(const hetab_lattice *lattice, size_t count, const float (*wi)[3],
-                        const float (*wo)[3], float *value);
+/* value[count][channels] of wi[count][3], wo[count][3], 1/sr; 0 below the horizon. */
+void hetab_lattice_eval(const hetab_lattice *lattice, size_t count, const float *wi,
+                        const float *wo, float *value);
+/* The same at places[count], whose values stand at value[i * width]. */
+void hetab_lattice_eval_places(const hetab_lattice *lattice, size_t count, const float *wi,
+                               const float *wo, const hetab_band_places *places, size_t width,
+                               float *value);
 
 #endif

@@ -196,7 +196,7 @@ static void audit_energy(job *j, const hetab_rgl *rgl, const hetab_specular_tabl
     const float wi[3] = {(float)sin(theta), 0.0f, (float)cos(theta)};
     reflectance(rgl, wi, channels, f, value);
     if (delta->count)
-      hetab_specular_at(delta, wi[2], rho_s);
+      hetab_specular_at(delta, wi[2], NULL, rho_s);
     for (size_t c = 0; c < channels && delta->count; c++)
       value[c] += rho_s[c];
     for (size_t c = 0; c < channels; c++) {
