@@ -93,6 +93,11 @@ gallery: setup ## render tables to out/gallery/: in Mitsuba 3, and in C with the
 	@scripts/gallery_path_tracer $(BUILD) out/gallery
 	@PYTHON=$(PYTHON) scripts/gallery $(BUILD) out/gallery
 
+.PHONY: sweep
+sweep: setup ## make 1000 tables, audit them and draw 200, in out/sweep
+	@$(MAKE) --no-print-directory -s build
+	@scripts/sweep $(BUILD) out/sweep
+
 COUNT ?= 40
 .PHONY: test-cluster
 test-cluster: ## run batches by GNU parallel, Open MPI and Slurm on this machine: COUNT surfaces, 400 for its times
@@ -116,6 +121,7 @@ bench: setup ## speed against error of every method, with plots, in out/
 	@$(MAKE) --no-print-directory -s $(patsubst %,$(BUILD)/tests/bench/%_speed,lookup series)
 	@$(BUILD)/tests/bench/lookup_speed out BBQAL1 BBQAL2 GGAL120 GGAL240 NGGAL | tee out/lookup.csv
 	@$(BUILD)/tests/bench/series_speed
+	@$(PYTHON) tests/bench/python_speed.py $(BUILD)
 
 .PHONY: figures
 figures: setup ## redraw what the report's figures show, in out/figures
