@@ -153,6 +153,10 @@
 #define TOL_LOOKUP_L1 2.5e-3
 /* measured 4.8e-3; the same at 80 and 85 degrees, where shadowing sets in within a cell */
 #define TOL_LOOKUP_L1_GRAZING 5e-3
+/* measured 4.6e-3 up to 75 degrees, 1.15e-2 beyond; the same at slope 1, whose lobe fills the
+ * hemisphere */
+#define TOL_LOOKUP_STEEP 5e-3
+#define TOL_LOOKUP_STEEP_GRAZING 1.2e-2
 /* measured 9.4e-4; of albedos, interpolated between 48 incidences */
 #define TOL_LOOKUP_ALBEDO 1e-3
 /* measured 3.0e-3; of the needle as a MERL table */

@@ -20,20 +20,15 @@
  * cells are taken as samples of their centres, what `hetab tabulate` stores unless told otherwise.
  *
  * Relative L1 error against the model, %, over directions weighed with their cosine, worst of the
- * report's five surfaces; measured by tests/test_lookup.c, which fails above 0.25 to 75 degrees and
- * 0.5 beyond; default grids (90 x 90 x 181 nodes, MERL):
+ * report's five surfaces, and of slope 1 (sigma0 = tau = 2 um); measured by tests/test_lookup.c,
+ * which fails above 0.25 to 75 degrees and 0.5 beyond, at slope 1 above 0.5 and 1.2; default grids
+ * (90 x 90 x 181 nodes, MERL):
  *
  *   theta_i                      0     15    30    45    60    75    80    85 deg
- *   MERL, sRGB                   0.04  0.07  0.07  0.10  0.09  0.13  0.28  0.48
- *   HDF5                         0.05  0.07  0.07  0.10  0.13  0.24  0.27  0.48
- *
- * What else was tried, NGGAL (the narrowest lobe) at 0, 30, 60, 75, 85 degrees:
- *   the lattice, as it is        0.05  0.07  0.09  0.11  0.20  (MERL)
- *   linear in f in place of ln f 0.46  0.49  0.45  0.33  0.53
- *   ln f over sqrt(theta_h)      0.18  0.17  0.15  0.19  0.13
- *   MERL's cells, linear in f    0.44  0.51  0.45  0.45  0.72
- *   HDF5's nodes, linear in f    0.90  1.38  2.51  3.57  4.49
- *   HDF5's nodes, linear in ln f 0.48  1.48  2.95  3.67  4.63
+ *   MERL, sRGB                   0.04  0.05  0.06  0.08  0.07  0.12  0.25  0.42
+ *   HDF5                         0.04  0.05  0.06  0.08  0.12  0.23  0.24  0.41
+ *   slope 1, MERL                0.13  0.10  0.05  0.17  0.16  0.44  0.72  0.90
+ *   slope 1, HDF5                0.13  0.11  0.05  0.22  0.17  0.46  0.76  1.15
  *
  * Limits: values below 2^-46 of the largest are 0. A lobe narrower than the file's own spacing is
  * not brought back: give HDF5 tables of such surfaces closer angles.

@@ -9,8 +9,9 @@
  *       sin(theta_d) (phi_d = 0) and cos(theta_h) cos(theta_d) (one direction on the horizon)
  * Every point of the unit cube is a pair of directions above the horizon: no cell needs a mask. In
  * the half vector's frame lobes keep their place at every incidence. ln f is linear in v for a
- * Gaussian lobe and even in c and q about their ends, so it is interpolated linearly in v, c^2 and
- * q^2 between nodes that crowd where the lobe and the grazing angles are:
+ * Gaussian lobe, in v / (1 - v) for the wide ones of slopes, and even in c and q about their ends,
+ * so it is interpolated linearly in v / (1.005 - v), c^2 and q^2 between nodes that crowd where the
+ * lobe and the grazing angles are:
  *   v = (h / (HETAB_LATTICE_H - 1))^4, c = (d / (HETAB_LATTICE_D - 1))^2,
  *   1 - q = (1 - k / (HETAB_LATTICE_Q - 1))^2
  * Values are log2 f in 16 bits over 46 octaves below the largest one: steps of 4.9e-4. */
@@ -26,9 +27,9 @@
 /* Nodes along v, c and q. A third fewer each doubles the error, more gain little up to 75 degrees;
  * with three channels all of it stays in a core's second cache. */
 enum {
-  HETAB_LATTICE_H = 96,
+  HETAB_LATTICE_H = 112,
   HETAB_LATTICE_D = 80,
-  HETAB_LATTICE_Q = 25,
+  HETAB_LATTICE_Q = 21,
   HETAB_LATTICE_NODES = HETAB_LATTICE_H * HETAB_LATTICE_D * HETAB_LATTICE_Q,
   HETAB_LATTICE_BLOCK = 16 /* evaluations at once */
 };

@@ -48,17 +48,19 @@ typedef struct pairs {
   float i[3][BLOCK], o[3][BLOCK];
 } pairs;
 
-/* The fourth root of v or c^2 in cells of an axis, and the fraction between two of its nodes. */
-INLINE int32_t place_root(float x, int count, float *between) {
-  float scale = 1.0f / (float)(count - 1);
-  int32_t cell = cell_of(sqrtf(sqrtf(x)) * (float)(count - 1), count);
-  float low = (float)cell;
-  *between = fraction(x, fourth(low * scale), fourth((low + 1) * scale));
-  return cell;
+/* The fourth root of v or c^2 in cells of an axis. */
+INLINE int32_t root_cell(float x, int count) {
+  return cell_of(sqrtf(sqrtf(x)) * (float)(count - 1), count);
+}
+
+/* v as ln f is linear in it: nearly the tangent's square. */
+INLINE float tangent2(float v) {
+  return v / (1.005f - v);
 }
 
 /* In two loops, of which compilers make vectors. */
 INLINE void locate(const pairs *p, int lanes, block *b) {
+  const float scale_h = 1.0f / (HETAB_LATTICE_H - 1), scale_d = 1.0f / (HETAB_LATTICE_D - 1);
   float v[BLOCK], c2[BLOCK], q[BLOCK];
   for (int l = 0; l < lanes; l++) {
     float sx = p->i[0][l] + p->o[0][l], sy = p->i[1][l] + p->o[1][l];
@@ -74,8 +76,11 @@ INLINE void locate(const pairs *p, int lanes, block *b) {
   for (int l = 0; l < lanes; l++) {
     int32_t k = cell_of((1 - sqrtf(1 - q[l])) * (HETAB_LATTICE_Q - 1), HETAB_LATTICE_Q);
     float fk = (float)k;
-    int32_t h = place_root(v[l], HETAB_LATTICE_H, &b->h[l]);
-    int32_t d = place_root(c2[l], HETAB_LATTICE_D, &b->d[l]);
+    int32_t h = root_cell(v[l], HETAB_LATTICE_H), d = root_cell(c2[l], HETAB_LATTICE_D);
+    float fh = (float)h, fd = (float)d;
+    b->h[l] = fraction(tangent2(v[l]), tangent2(fourth(fh * scale_h)),
+                       tangent2(fourth((fh + 1) * scale_h)));
+    b->d[l] = fraction(c2[l], fourth(fd * scale_d), fourth((fd + 1) * scale_d));
     b->q[l] = fraction(q[l] * q[l], q2_at(fk), q2_at(fk + 1));
     b->node[l] = (h * HETAB_LATTICE_D + d) * HETAB_LATTICE_Q + k;
   }
