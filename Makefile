@@ -121,6 +121,7 @@ bench: setup ## speed against error of every method, with plots, in out/
 	@$(MAKE) --no-print-directory -s $(patsubst %,$(BUILD)/tests/bench/%_speed,lookup series)
 	@$(BUILD)/tests/bench/lookup_speed out BBQAL1 BBQAL2 GGAL120 GGAL240 NGGAL | tee out/lookup.csv
 	@$(BUILD)/tests/bench/series_speed
+	@$(PYTHON) tests/bench/python_speed.py $(BUILD)
 
 .PHONY: figures
 figures: setup ## redraw what the report's figures show, in out/figures

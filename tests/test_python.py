@@ -209,8 +209,7 @@ class Tables(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
         path = os.path.join(cls.folder.name, "table.binary")
-        subprocess.run([os.path.join(BUILD, "hetab"), "tabulate", "GGAL240", "-o", path, "--quiet"],
-                       check=True)
+        hetab.tabulate_to(hetab.Surface("GGAL240"), path)
         cls.table = hetab.open_table(path)
 
     @classmethod
@@ -265,6 +264,17 @@ class Tables(unittest.TestCase):
         albedo, specular = table.albedo(wi, paths)
         self.assertTrue(((albedo + specular > 0.5) & (albedo + specular < 1.1)).all())
 
+    def test_a_file_is_not_lost(self):
+        path, steps = os.path.join(self.folder.name, "once.h5"), []
+        surface = hetab.Surface(sigma0_um=0.3, tau_um=3, index="Al", wavelengths_nm=[550])
+        for overwrite in (False, True):
+            hetab.tabulate_to(surface, path, overwrite=overwrite,
+                              progress=lambda done, total: steps.append(done / total))
+        self.assertEqual(steps[-1], 1.0)
+        self.assertEqual(hetab.open_table(path).channels, 1)
+        with self.assertRaisesRegex(hetab.Error, "once.h5"):
+            hetab.tabulate_to(surface, path)
+
     def test_what_is_no_table(self):
         with self.assertRaises(hetab.Error) as raised:
             hetab.open_table("/nowhere/table.h5")
@@ -314,6 +324,15 @@ class Laboratory(unittest.TestCase):
         self.assertEqual(found.energy.shape, (1, len(found.theta_i)))
         self.assertLessEqual({c.verdict for c in found.checks}, {"pass"})
         self.assertLess(found.energy["dh"].max(), 1)
+
+
+class Example(unittest.TestCase):
+    def test_it_draws(self):
+        with tempfile.TemporaryDirectory() as folder:
+            subprocess.run([sys.executable, "src/python/example.py", folder], check=True,
+                           env={**os.environ, "PYTHONPATH": "src/python"},
+                           stdout=subprocess.DEVNULL)
+            self.assertGreater(os.path.getsize(os.path.join(folder, "python.png")), 50_000)
 
 
 class Wheel(unittest.TestCase):

@@ -73,7 +73,7 @@ static int run_request(request *r) {
     status = set_grid(ctx, r, grid);
   if (status == HETAB_OK) {
     r->options.grid = grid;
-    cli_progress_begin(ctx, "converting", r->quiet);
+    cli_progress_begin("converting", r->quiet);
     status = hetab_convert(ctx, r->in, r->out, &r->options, &report);
     cli_progress_end();
   }

@@ -9,6 +9,7 @@
 #include <hetab/merl.h>
 
 #include "convert/mend.h"
+#include "core/angle.h"
 #include "core/held_files.h"
 #include "core/input_file.h"
 #include "rgl/rgl_table.h"
@@ -144,8 +145,10 @@ hetab_status hetab_convert_to_merl(hetab_context *ctx, hetab_convert_source *sou
     if (status == HETAB_OK)
       status = hetab_progress(ctx, (double)(row + 1), HETAB_MERL_THETA_H);
   }
-  if (status == HETAB_OK)
+  if (status == HETAB_OK) {
+    hetab_merl_set_specular_cone(merl, source->specular_cone);
     status = hetab_merl_save(ctx, merl, path, options->overwrite);
+  }
   hetab_merl_free(merl);
   free(pairs);
   free(values);
@@ -183,6 +186,7 @@ hetab_status hetab_convert_to_rgl(hetab_context *ctx, hetab_convert_source *sour
   const hetab_rgl_source table = {.channels = source->channels,
                                   .wavelengths_um = source->lambda_um,
                                   .description = description,
+                                  .specular_cone_deg = hetab_degrees(source->specular_cone),
                                   .values = hetab_convert_values,
                                   .user = source};
   const hetab_rgl_options rgl_options = {.bands =
