@@ -49,7 +49,8 @@ typedef enum hetab_fit_weights {
   HETAB_FIT_WEIGHTS_EQUAL,    /* 1 */
   HETAB_FIT_WEIGHTS_RELATIVE, /* 1 / f_measured^2, no smaller f than 1e-3 of the wavelength's mean
                                */
-  HETAB_FIT_WEIGHTS_LOG       /* E^2 = mean (ln f - ln f_measured)^2; values of 0 are left out */
+  HETAB_FIT_WEIGHTS_LOG /* E^2 = mean (ln f - ln f_measured)^2, a hundredth of the wavelength's
+                         * mean added to both; values of 0 are left out */
 } hetab_fit_weights;
 
 typedef enum hetab_fit_constraint {

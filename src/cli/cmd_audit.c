@@ -115,7 +115,7 @@ static int audit_one(audit_job *job, const char *input, int table) {
   if (status >= 0)
     return status;
   result->input = input;
-  cli_progress_begin(job->ctx, input, job->request->quiet);
+  cli_progress_begin(input, job->request->quiet);
   hetab_status done =
       table ? hetab_audit_table(job->ctx, job->engine, input, &job->options, &result->audit)
             : run_surface(job, input, &result->audit);
@@ -130,7 +130,7 @@ static int audit_one(audit_job *job, const char *input, int table) {
 
 static int repair(audit_job *job, const char *input) {
   const audit_request *r = job->request;
-  cli_progress_begin(job->ctx, "repair", r->quiet);
+  cli_progress_begin("repair", r->quiet);
   hetab_status done = hetab_repair(job->ctx, input, r->repair, job->options.lookup, r->scale_energy,
                                    r->force, &job->report.repair);
   cli_progress_end();

@@ -142,7 +142,7 @@ static int bench_one(bench *b, const char *name) {
   if (open_surface(b->ctx, name, &surface) != HETAB_OK)
     return cli_fail_context(b->ctx);
   b->label = name;
-  cli_progress_begin(b->ctx, name, b->quiet);
+  cli_progress_begin(name, b->quiet);
   hetab_status status = hetab_bench(b->ctx, surface, &b->options, on_row, b);
   hetab_surface_free(surface);
   cli_progress_end();

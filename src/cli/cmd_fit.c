@@ -114,7 +114,7 @@ static int compute(fit_job *job) {
              sizeof(hetab_fit *));
   if (!job->report.fits)
     return cli_fail("out of memory");
-  cli_progress_begin(job->ctx, "fit", r->quiet);
+  cli_progress_begin("fit", r->quiet);
   hetab_status status = r->per_wavelength ? fit_each(job) : fit_once(job, &job->options);
   cli_progress_end();
   return status == HETAB_OK ? -1 : cli_fail_context(job->ctx);

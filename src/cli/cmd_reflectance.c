@@ -76,7 +76,7 @@ static int compute(reflectance_job *job) {
   job->polished = calloc(job->count, sizeof *job->polished);
   if (!job->values || !job->dh || !job->polished)
     return cli_fail("out of memory");
-  cli_progress_begin(job->ctx, hetab_surface_name(job->surface), job->request->quiet);
+  cli_progress_begin(hetab_surface_name(job->surface), job->request->quiet);
   hetab_status status = integrate(job);
   cli_progress_end();
   if (status == HETAB_OK && job->request->rgb)

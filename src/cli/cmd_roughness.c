@@ -104,7 +104,7 @@ static int measure(roughness_job *job) {
                                      .level = (hetab_level)r->level,
                                      .outlier = r->outlier > 0 ? r->outlier : -1,
                                      .wavelength_um = r->wavelength_nm / 1000};
-  cli_progress_begin(job->ctx, "scans", r->quiet);
+  cli_progress_begin("scans", r->quiet);
   hetab_status status =
       hetab_roughness_measure(job->ctx, job->heights, job->count, &options, &job->roughness);
   cli_progress_end();

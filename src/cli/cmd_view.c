@@ -9,7 +9,6 @@
 #include "options.h"
 #include "numbers.h"
 #include "output.h"
-#include "progress.h"
 #include "signals.h"
 
 typedef struct request {
@@ -118,15 +117,12 @@ static hetab_status make_explorer(view_job *job) {
              : status;
 }
 
-/* The bar would start anew with every batch: the context is only asked to stop on signals. */
 static int make(view_job *job) {
-  cli_progress_begin(job->ctx, job->request->input, 1);
   hetab_status status = take_theta_i(job);
   if (status == HETAB_OK)
     status = is_explorer(job->request)       ? make_explorer(job)
              : is_table(job->request->input) ? view_table(job)
                                              : view_surface(job);
-  cli_progress_end();
   return status == HETAB_OK ? -1 : cli_fail_context(job->ctx);
 }
 
