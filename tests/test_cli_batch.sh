@@ -93,8 +93,8 @@ bad "contradiction" 'slope.*besides sigma0_um' \
   'sweep: {index: Al, slope: 0.1, sigma0_um: 1, tau_um: 5}' 'consumer: merl'
 bad "bad range" 'bad.yml:1: key tau_um' \
   'sweep: {index: Al, slope: 0.1, tau_um: {from: 5, to: 1, count: 3}}' 'consumer: merl'
-bad "outside the index data" '400|700' \
-  'surfaces: [{name: x, sigma0_um: 1, tau_um: 5, index: Al, wavelengths_nm: 900:1000:10}]' 'consumer: merl'
+bad "outside the index data" '103\.32' \
+  'surfaces: [{name: x, sigma0_um: 1, tau_um: 5, index: Al, wavelengths_nm: 80:90:10}]' 'consumer: merl'
 bad "error out of range" 'bad.yml:2: key table_error' 'surfaces: [NGGAL]' 'table_error: 2' 'consumer: merl'
 
 # ---- batches -------------------------------------------------------------------------------------

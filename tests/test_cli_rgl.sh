@@ -71,6 +71,11 @@ for reader in mitsuba-rgb mitsuba-spectral pbrt powitacq powitacq-rgb; do
   check "$reader: the summary says who loads it" has "^$reader.bsdf: loads in "
 done
 check "pbrt is named" has "powitacq_rgb; for pbrt-v4 take --for pbrt"
+works "for pbrt, all that it asks for" tabulate NGGAL -o wide.bsdf --for pbrt --table-error 0.1 --wavelengths 360:830:10
+check "it reads that" reads pbrt wide.bsdf
+check "nothing is beyond" has "^wide.bsdf: loads in pbrt-v4, powitacq and Mitsuba 3's spectral variants\$"
+works "for lidar" tabulate NGGAL -o lidar.bsdf --for powitacq --table-error 0.1 --wavelengths 905,1550
+check "bands beyond are told" has 'outer bands stand for all beyond'
 refuses "for nothing" 2 "for pbrt is for .bsdf outputs" tabulate NGGAL -o x.h5 --for pbrt
 refuses "for another" 2 "pbrt reads spectra" tabulate NGGAL -o x.bsdf --for pbrt --bands rgb
 
@@ -89,6 +94,18 @@ works "folded" tabulate steel.yml -o steel.bsdf --specular-cone 3 --table-error 
 check "no csv is left" [ ! -e steel.specular.csv ]
 check "it is in the table" json "d['outputs'][0]['specular']['in_table'] and d['outputs'][0]['specular']['cone_deg'] == 3"
 check "and marked" fields steel.bsdf "description jacobian phi_i theta_i ndf sigma vndf luminance specular_cone_deg rgb"
+works "conversions keep the mark" convert steel.bsdf marked.binary --json
+works "and from MERL" convert marked.binary back.bsdf --table-error 0.1 --json
+check "a folded delta is none" json "d['specular_max'] == 0"
+check "RGL is marked again" fields back.bsdf "description jacobian phi_i theta_i ndf sigma vndf luminance specular_cone_deg rgb"
+works "a folded MERL table" tabulate steel.yml -o two.binary --specular-cone 2 --samples 0
+works "and an RGL table of its name" tabulate steel.yml -o two.bsdf --table-error 0.1
+check "whose delta" [ -e two.specular.csv ]
+works "is not taken for the first one's" convert two.binary two.h5 --theta-i 0,45 --theta-r 0,45 --phi 0,180 --json
+check "which has its own" json "d['specular_max'] == 0"
+refuses "a cone below two rows of MERL" 1 "take 0.044 or more" tabulate steel.yml -o c.binary --specular-cone 0.04
+refuses "a cone below two nodes of RGL" 1 "take 0.0055 or more" tabulate steel.yml -o c.bsdf --specular-cone 0.005
+refuses "a cone for HDF5" 2 "keeps the delta apart" tabulate steel.yml -o c.h5 --specular-cone 2
 works "tiny numbers" tabulate BBQAL2 -o tiny.bsdf --table-error 0.1
 normal() { /usr/bin/python3 -c "
 import csv

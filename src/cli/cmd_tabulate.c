@@ -50,8 +50,13 @@ static int plan_bands(const cli_command *self, tabulate_job *job) {
     return cli_usage(self, "--bands: '%s' is neither rgb nor spectral", r->bands);
   if (words && !spectral && r->exr_parts == HETAB_EXR_BY_WAVELENGTH)
     return cli_usage(self, "--exr-parts wavelength holds no colour: take --bands spectral");
+  if (r->cone_deg > 0.0 && !has_format(job, HETAB_FORMAT_RGL) &&
+      !has_format(job, HETAB_FORMAT_EXR) && !has_format(job, HETAB_FORMAT_MERL))
+    return cli_usage(self, "--specular-cone is for .binary, .bsdf and .exr outputs, and there is "
+                           "none: an .h5 keeps the delta apart");
   job->rgl.table_error = r->table_error;
   job->rgl.specular_cone = hetab_radians(r->cone_deg);
+  job->exr.specular_cone = job->rgl.specular_cone;
   job->exr.parts = (hetab_exr_parts)r->exr_parts;
   job->exr.element = (hetab_exr_element)r->exr_type;
   job->rgl.bands = spectral ? HETAB_RGL_SPECTRAL : HETAB_RGL_RGB;
@@ -175,7 +180,7 @@ static int write_tables(const cli_command *self, tabulate_job *job) {
   job->reports = calloc(r->files.count, sizeof *job->reports);
   if (!job->reports)
     return cli_fail("out of memory");
-  cli_progress_begin(job->ctx, hetab_surface_name(job->surface), r->quiet);
+  cli_progress_begin(hetab_surface_name(job->surface), r->quiet);
   hetab_status status = hetab_tabulate_to(job->ctx, NULL, job->surface, r->files.items,
                                           r->files.count, &options, job->reports);
   cli_progress_end();
@@ -243,6 +248,8 @@ const cli_command cli_tabulate = {
         "kernel_entries_per_second, error (samples, compared, max_sampled, share_above, p99_rel, "
         "rms_rel, max_abs_below_floor, bad; null without samples), specular (max, share of the "
         "light, file, in_table, cone_deg), loads_in and, for merl, clamped; for exr, saturated; "
+        "for "
+        "hdf5 and exr, linear_readers (error_l1, lobe_deg, step_deg, theta_needed, phi_needed); "
         "for rgl, table (bands, table_error, error_l1, bias, error_grazing, theta_i, resolution, "
         "bytes, clamped).",
     .run = run,

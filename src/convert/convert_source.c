@@ -35,6 +35,7 @@ static hetab_status open_merl(hetab_context *ctx, hetab_convert_source *source) 
   hetab_merl *merl;
   HETAB_TRY(hetab_merl_load_raw(ctx, source->path, &merl));
   source->filled = hetab_merl_holes(merl);
+  source->specular_cone = hetab_merl_specular_cone(merl);
   hetab_status status = source->filled ? hetab_merl_mend(ctx, source->path, merl) : HETAB_OK;
   if (status == HETAB_OK)
     status = source->filled
@@ -48,6 +49,7 @@ static hetab_status open_merl(hetab_context *ctx, hetab_convert_source *source) 
 static hetab_status open_rgl(hetab_context *ctx, hetab_convert_source *source) {
   HETAB_TRY(hetab_lookup_open(ctx, source->path, HETAB_LOOKUP_INTERPOLATE, &source->table));
   HETAB_TRY(hetab_rgl_load(ctx, source->path, &source->rgl));
+  source->specular_cone = hetab_rgl_specular_cone(source->rgl);
   return hetab_rgl_smooth_create(ctx, source->rgl, &source->smooth);
 }
 

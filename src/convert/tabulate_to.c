@@ -7,8 +7,10 @@
 #include <hetab/devices.h>
 #include <hetab/host_model.h>
 
+#include "convert/grid_read.h"
 #include "convert/radiant.h"
 #include "convert/read_back.h"
+#include "convert/slab_fold.h"
 #include "core/option_size.h"
 #include "core/angle.h"
 #include "core/held_files.h"
@@ -37,6 +39,7 @@ typedef struct job {
   hetab_grid *own_grid;
   hetab_engine *engine, *own_engine;
   hetab_preload *preload;
+  hetab_slab_fold *fold; /* of OpenEXR outputs; NULL: the delta is apart */
   output *outputs;
   size_t count;
   hetab_merl *merl;
@@ -62,7 +65,7 @@ static bool is_folded(const job *job, const output *o) {
   const hetab_tabulate_to_options *to = &job->options;
   return o->report.format == HETAB_FORMAT_MERL  ? to->merl && to->merl->specular_cone > 0
          : o->report.format == HETAB_FORMAT_RGL ? to->rgl && to->rgl->specular_cone > 0
-                                                : false;
+                                                : o->report.format == HETAB_FORMAT_EXR && job->fold;
 }
 
 static bool has_dense(const job *job) {
@@ -215,19 +218,28 @@ static hetab_status create_exr(job *job, output *o) {
   return hetab_exr_create(job->ctx, o->path, job->surface, job->grid, &exr, &o->writer);
 }
 
-static hetab_status create_writers(job *job) {
-  double max = 0;
-  double *rho = specular_table(job, hetab_grid_radians(job->grid, HETAB_THETA_I),
-                               hetab_grid_count(job->grid, HETAB_THETA_I), &max);
-  hetab_status status = rho ? HETAB_OK : HETAB_ERR_MEMORY;
-  for (output *o = job->outputs; o < job->outputs + job->count && status == HETAB_OK; o++) {
-    if (!is_dense(o))
+static hetab_status create_of(job *job, hetab_format format, const double *rho, double max) {
+  for (output *o = job->outputs; o < job->outputs + job->count; o++) {
+    if (o->report.format != format)
       continue;
-    status = o->report.format == HETAB_FORMAT_H5 ? create_h5(job, o) : create_exr(job, o);
-    if (status == HETAB_OK)
-      status = hetab_table_write_specular(job->ctx, o->writer, rho);
+    HETAB_TRY(format == HETAB_FORMAT_H5 ? create_h5(job, o) : create_exr(job, o));
+    HETAB_TRY(hetab_table_write_specular(job->ctx, o->writer, rho));
     o->report.specular_max = max;
   }
+  return HETAB_OK;
+}
+
+static hetab_status create_writers(job *job) {
+  size_t count = hetab_grid_count(job->grid, HETAB_THETA_I);
+  double max = 0;
+  double *rho = specular_table(job, hetab_grid_radians(job->grid, HETAB_THETA_I), count, &max);
+  if (!rho)
+    return HETAB_ERR_MEMORY;
+  hetab_status status = create_of(job, HETAB_FORMAT_H5, rho, max);
+  if (job->fold) /* what is in a table as a lobe is not beside it */
+    memset(rho, 0, hetab_surface_band_count(job->surface) * count * sizeof *rho);
+  if (status == HETAB_OK)
+    status = create_of(job, HETAB_FORMAT_EXR, rho, max);
   free(rho);
   return status;
 }
@@ -248,9 +260,12 @@ static hetab_status fan_out(hetab_context *ctx, void *user, const hetab_slab *sl
     return hetab_fail(ctx, HETAB_ERR_DEVICE,
                       "entries of the table are NaN, infinite or negative: nothing written; please "
                       "report this");
+  hetab_slab folded = *slab;
+  if (job->fold)
+    HETAB_TRY(hetab_slab_fold_in(ctx, job->fold, slab, &folded));
   for (output *o = job->outputs; o < job->outputs + job->count; o++)
     if (o->writer)
-      HETAB_TRY(hetab_table_write_slab(ctx, o->writer, slab));
+      HETAB_TRY(hetab_table_write_slab(ctx, o->writer, is_folded(job, o) ? &folded : slab));
   return HETAB_OK;
 }
 
@@ -304,6 +319,9 @@ static hetab_status prepare(job *job) {
   if (!job->options.grid)
     HETAB_TRY(hetab_grid_create(job->ctx, &job->own_grid));
   job->grid = job->own_grid ? job->own_grid : job->options.grid;
+  if (exr && job->exr.specular_cone > 0.0)
+    HETAB_TRY(hetab_slab_fold_create(job->ctx, job->surface, job->grid, job->exr.specular_cone,
+                                     precision_of(job), &job->fold));
   if (has(job, HETAB_FORMAT_H5) && !exr)
     HETAB_TRY(create_writers(job));
   if (make_engine) {
@@ -311,6 +329,17 @@ static hetab_status prepare(job *job) {
     job->engine = job->own_engine;
   }
   return exr ? create_writers(job) : HETAB_OK;
+}
+
+/* What the grid makes of the surface, whatever the numbers of its nodes. */
+static hetab_status try_grid(job *job) {
+  hetab_grid_report report = {0};
+  if (has_dense(job))
+    HETAB_TRY(hetab_grid_try(job->ctx, job->surface, job->grid, &report));
+  for (output *o = job->outputs; o < job->outputs + job->count; o++)
+    if (is_dense(o))
+      o->report.grid = report;
+  return HETAB_OK;
 }
 
 /* MERL before dense tables: it can refuse, and is the shorter job. */
@@ -389,7 +418,7 @@ static hetab_status publish(job *job) {
   HETAB_TRY(hetab_progress(job->ctx, 1, 1));
   hetab_status status = hetab_atomic_publish(job->ctx, &job->held);
   for (const output *o = job->outputs; o < end && status == HETAB_OK; o++)
-    if (is_folded(job, o))
+    if (o->specular && is_folded(job, o))
       unlink(o->specular); /* of an earlier table: readers would add it */
   for (output *o = job->outputs; o < end; o++)
     o->report.published = o->held <= job->held.published;
@@ -407,6 +436,7 @@ static void clear(job *job) {
   free(job->outputs);
   hetab_merl_free(job->merl);
   hetab_rgl_free(job->rgl);
+  hetab_slab_fold_free(job->fold);
   hetab_engine_free(job->own_engine);
   hetab_preload_free(job->preload);
   hetab_grid_free(job->own_grid);
@@ -438,6 +468,8 @@ hetab_status hetab_tabulate_to(hetab_context *ctx, hetab_engine *engine,
   hetab_status status = add_outputs(&job, paths, count);
   if (status == HETAB_OK)
     status = prepare(&job);
+  if (status == HETAB_OK)
+    status = try_grid(&job);
   if (status == HETAB_OK)
     status = fill(&job);
   if (status == HETAB_OK)

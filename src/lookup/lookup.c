@@ -165,11 +165,21 @@ static hetab_status share_samples(hetab_context *ctx, hetab_lookup *table) {
   return HETAB_OK;
 }
 
+/* A file beside a table that holds the delta as a lobe is another table's. */
+static hetab_status open_specular(hetab_context *ctx, const char *path, double cone,
+                                  hetab_lookup *table) {
+  table->specular.channels = table->channels;
+  return cone > 0.0 ? HETAB_OK
+                    : hetab_specular_beside(ctx, path, table->channels, table->lambda_um,
+                                            &table->specular);
+}
+
 static hetab_status open_merl(hetab_context *ctx, const char *path, hetab_lookup_rule rule,
                               hetab_lookup *table) {
   hetab_merl_source source = {0};
   table->channels = HETAB_MERL_CHANNELS;
   HETAB_TRY(hetab_merl_load(ctx, path, &table->merl));
+  double cone = hetab_merl_specular_cone(table->merl);
   if (rule == HETAB_LOOKUP_INTERPOLATE) {
     hetab_status status = hetab_merl_prepare(ctx, table->merl, &source);
     hetab_merl_free(table->merl);
@@ -179,7 +189,7 @@ static hetab_status open_merl(hetab_context *ctx, const char *path, hetab_lookup
     hetab_merl_source_clear(&source);
     HETAB_TRY(status);
   }
-  return hetab_specular_beside(ctx, path, table->channels, NULL, &table->specular);
+  return open_specular(ctx, path, cone, table);
 }
 
 static hetab_status copy_wavelengths(hetab_context *ctx, const double *lambda_um,
@@ -222,11 +232,7 @@ static hetab_status open_rgl(hetab_context *ctx, const char *path, hetab_lookup 
   table->channels = hetab_rgl_channel_count(table->rgl);
   if (lambda_um)
     HETAB_TRY(copy_wavelengths(ctx, lambda_um, table));
-  if (hetab_rgl_specular_cone(table->rgl) > 0) { /* a file beside it would add the delta twice */
-    table->specular.channels = table->channels;
-    return HETAB_OK;
-  }
-  return hetab_specular_beside(ctx, path, table->channels, table->lambda_um, &table->specular);
+  return open_specular(ctx, path, hetab_rgl_specular_cone(table->rgl), table);
 }
 
 static hetab_status open_file(hetab_context *ctx, const char *path, hetab_lookup_rule rule,

@@ -273,7 +273,7 @@ static hetab_status choose_nodes(search *s) {
   HETAB_TRY(hetab_rgl_lobe_from_data(s->ctx, s->source, 0.0, theta, FINE, density));
   while (half + 1 < FINE && density[half] > 0.5 * density[0])
     half++;
-  while (nodes < 256 && nodes * half < 4 * FINE)
+  while (nodes < HETAB_RGL_MOST_NODES && nodes * half < 4 * FINE)
     nodes *= 2;
   s->shape = (hetab_rgl_shape){.ndf = 4 * nodes, .vndf_theta = nodes, .vndf_phi = 16};
   return HETAB_OK;
