@@ -69,7 +69,7 @@ check: setup ## set up, build and run the fast tests, in a minute on two cores; 
 	@PYTHON=$(PYTHON) scripts/run_tests $(BUILD) check $(T)
 
 .PHONY: golden-check
-golden-check: ## compute the reference values of tests/golden anew (apt-get install python3-mpmath), in minutes
+golden-check: setup ## compute the reference values of tests/golden anew, in minutes
 	@scripts/golden tests/golden/he_torrance.csv --check
 	@scripts/golden tests/golden/reflectance.csv --check
 
@@ -177,11 +177,13 @@ kill: build ## kill writers at N random moments: nothing is torn, and litter is 
 valgrind: build ## run commands that read and write tables under valgrind (apt-get install valgrind)
 	@sh scripts/valgrind $(BUILD)/hetab
 
+# The tests of code that starts threads: look-ups, RGL tables, dense tables on devices, samplers.
+TSAN_TESTS := $(patsubst %,$(BUILD)/tsan/tests/test_%,lookup_threads rgl tabulate sampler)
 .PHONY: tsan
-tsan: setup ## run the test of threads under ThreadSanitizer
-	@$(MAKE) --no-print-directory -s BUILD=$(BUILD)/tsan CFLAGS='-O1 -g -fsanitize=thread' \
-	  $(BUILD)/tsan/tests/test_lookup_threads
-	@TSAN_OPTIONS=halt_on_error=1 $(BUILD)/tsan/tests/test_lookup_threads
+tsan: setup ## run the tests that start threads under ThreadSanitizer
+	@$(MAKE) --no-print-directory -s BUILD=$(BUILD)/tsan CFLAGS='-O1 -g -fsanitize=thread' $(TSAN_TESTS)
+	@for test in $(TSAN_TESTS); do \
+	  TSAN_OPTIONS=halt_on_error=1:suppressions=$(abspath tests/tsan.supp) $$test || exit 1; done
 
 .PHONY: format
 format: ## rewrite the C and OpenCL sources with clang-format
