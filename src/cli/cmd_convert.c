@@ -111,8 +111,8 @@ static int run(const cli_command *self, int argc, char **argv) {
        9},
       {CLI_COUNT, "pairs", 0, "N", "pairs of directions for the error (100000)", &o->pairs, 1, 1e9},
       {CLI_COUNT, "seed", 0, "N", "seed of the pairs (0)", &r.seed, 0, 4294967295.0},
-      {CLI_FLAG, "force", 'f', NULL, "replace an existing file", &o->overwrite, 0, 0},
-      {CLI_FLAG, "quiet", 'q', NULL, "print no progress and no summary", &r.quiet, 0, 0},
+      CLI_FORCE(&o->overwrite),
+      CLI_QUIET(&r.quiet),
       {CLI_FLAG, "json", 0, NULL,
        "print JSON: {input, output, from, to, channels_in, channels_out, srgb_in, srgb_out, "
        "error_l1, error_l1_interpolated, bias, filled, negative, clamped, specular_max, "
