@@ -60,6 +60,16 @@ static const char *readers_of(const tabulate_job *job, hetab_format format) {
   return readers[format];
 }
 
+/* Readers of spectra ask for 360 to 830 nm, and repeat the outer bands where there are none. */
+static const char *beyond_bands(const tabulate_job *job, hetab_format format) {
+  const hetab_band *bands = hetab_surface_bands(job->surface);
+  size_t last = hetab_surface_band_count(job->surface) - 1;
+  int is_short = bands[0].lambda_um > 0.3601 || bands[last].lambda_um < 0.8299;
+  return format == HETAB_FORMAT_RGL && job->rgl.bands == HETAB_RGL_SPECTRAL && is_short
+             ? ", where outer bands stand for all beyond (--wavelengths 360:830:10 has them)"
+             : "";
+}
+
 static const char *bands_name(const tabulate_job *job) {
   return job->rgl.bands == HETAB_RGL_SPECTRAL ? "spectral" : "rgb";
 }
@@ -224,7 +234,7 @@ static void print_notes(const tabulate_job *job, size_t i) {
            r->saturated);
   if (r->format == HETAB_FORMAT_MERL && r->report.clamped)
     printf("%s: %zu cells out of gamut: negative values set to 0\n", path, r->report.clamped);
-  printf("%s: loads in %s\n", path, readers_of(job, r->format));
+  printf("%s: loads in %s%s\n", path, readers_of(job, r->format), beyond_bands(job, r->format));
 }
 
 static void print_engine(const tabulate_job *job) {
