@@ -25,7 +25,7 @@
  *
  * Errors (tests/test_fit.c): the report's five surfaces with a = 0.05 and 2 % noise, measured as a
  * gonioreflectometer does at 1440 pairs: slope within 0.5 %, a within 0.006 (1e-4 with relative
- * weights), the same from every start to 1e-8. From 324 pairs in the incidence plane, energy
+ * weights), the same from every start to 1e-7. From 324 pairs in the incidence plane, energy
  * weights leave `a` of the smoothest, beside a peak of 140 / sr, to within 0.1. Of 60 such
  * sets of GGAL120 the 95 % intervals of the slope held the truth 58 times, those of `a` all 60;
  * with relative weights 53 and 55. */

@@ -7,9 +7,11 @@
 #include <hetab/devices.h>
 #include <hetab/host_model.h>
 
+#include "convert/grid_read.h"
 #include "convert/radiant.h"
 #include "convert/read_back.h"
 #include "convert/slab_fold.h"
+#include "convert/surface_specular.h"
 #include "core/option_size.h"
 #include "core/angle.h"
 #include "core/held_files.h"
@@ -151,31 +153,6 @@ static double *specular_table(job *job, const double *theta_i, size_t count, dou
   return rho;
 }
 
-static hetab_status save_bands(job *job, const output *o, const double *theta_i) {
-  size_t channels = channel_count(job, o);
-  size_t count = channels ? channels : hetab_surface_band_count(job->surface);
-  hetab_band *bands = hetab_alloc(job->ctx, count, sizeof *bands);
-  double *lambda_um = hetab_alloc(job->ctx, count, sizeof *lambda_um);
-  double *rho = hetab_alloc(job->ctx, count * HETAB_SPECULAR_ANGLES, sizeof *rho);
-  hetab_status status;
-  HETAB_GOTO(bands && lambda_um && rho ? HETAB_OK : HETAB_ERR_MEMORY);
-  for (size_t i = 0; i < count; i++) {
-    bands[i] = hetab_surface_bands(job->surface)[channels ? 0 : i];
-    if (channels)
-      HETAB_GOTO(
-          hetab_surface_at(job->ctx, job->surface, job->options.merl->band_um[i], &bands[i]));
-    lambda_um[i] = bands[i].lambda_um;
-  }
-  hetab_specular_of_bands(job->surface, bands, count, theta_i, HETAB_SPECULAR_ANGLES, rho);
-  HETAB_GOTO(hetab_specular_save(job->ctx, o->specular, lambda_um, count, channels > 0, rho,
-                                 job->options.overwrite));
-done:
-  free(bands);
-  free(lambda_um);
-  free(rho);
-  return status;
-}
-
 /* Beside the table, unless an output before this one has written the same. */
 static hetab_status save_specular(job *job, output *o) {
   double theta_i[HETAB_SPECULAR_ANGLES];
@@ -188,7 +165,10 @@ static hetab_status save_specular(job *job, output *o) {
   if (!rho)
     return HETAB_ERR_MEMORY;
   free(rho);
-  return written || is_folded(job, o) ? HETAB_OK : save_bands(job, o, theta_i);
+  if (written || is_folded(job, o))
+    return HETAB_OK;
+  return hetab_surface_specular_save(job->ctx, job->surface, job->merl_options.band_um,
+                                     channel_count(job, o), o->specular, job->options.overwrite);
 }
 
 /* ---- dense tables -------------------------------------------------------------------------- */
@@ -270,30 +250,19 @@ static hetab_status fan_out(hetab_context *ctx, void *user, const hetab_slab *sl
 
 /* ---- the work ------------------------------------------------------------------------------ */
 
-/* The sample is of all that was evaluated: a second look at dense tables, and the one at MERL
- * tables before hetab_merl_save goes through their cells. */
-static hetab_status check_report(hetab_context *ctx, const hetab_report *report) {
-  if (!report->error.bad)
-    return HETAB_OK;
-  return hetab_fail(ctx, HETAB_ERR_DEVICE,
-                    "%zu of %zu sampled entries are NaN, infinite or negative: nothing written; "
-                    "please report this",
-                    report->error.bad, report->error.samples);
-}
-
 static hetab_status fill_dense(job *job) {
   hetab_report *report = &job->reports[HETAB_FORMAT_H5];
   HETAB_TRY(hetab_tabulate(job->ctx, job->engine, job->surface, job->grid, &job->sample, fan_out,
                            job, report));
   job->reports[HETAB_FORMAT_EXR] = *report;
-  return check_report(job->ctx, report);
+  return hetab_report_radiant(job->ctx, report);
 }
 
 static hetab_status fill_merl(job *job) {
   hetab_report *report = &job->reports[HETAB_FORMAT_MERL];
   HETAB_TRY(hetab_tabulate_merl(job->ctx, job->engine, job->surface, &job->merl_options, &job->merl,
                                 report));
-  return check_report(job->ctx, report);
+  return hetab_report_radiant(job->ctx, report);
 }
 
 static hetab_status fill_rgl(job *job) {
@@ -328,6 +297,17 @@ static hetab_status prepare(job *job) {
     job->engine = job->own_engine;
   }
   return exr ? create_writers(job) : HETAB_OK;
+}
+
+/* What the grid makes of the surface, whatever the numbers of its nodes. */
+static hetab_status try_grid(job *job) {
+  hetab_grid_report report = {0};
+  if (has_dense(job))
+    HETAB_TRY(hetab_grid_try(job->ctx, job->surface, job->grid, &report));
+  for (output *o = job->outputs; o < job->outputs + job->count; o++)
+    if (is_dense(o))
+      o->report.grid = report;
+  return HETAB_OK;
 }
 
 /* MERL before dense tables: it can refuse, and is the shorter job. */
@@ -456,6 +436,8 @@ hetab_status hetab_tabulate_to(hetab_context *ctx, hetab_engine *engine,
   hetab_status status = add_outputs(&job, paths, count);
   if (status == HETAB_OK)
     status = prepare(&job);
+  if (status == HETAB_OK)
+    status = try_grid(&job);
   if (status == HETAB_OK)
     status = fill(&job);
   if (status == HETAB_OK)
