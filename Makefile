@@ -57,9 +57,19 @@ demo: setup ## set up, build, tabulate the report's five surfaces to out/ and pl
 	@scripts/demo $(BUILD)/hetab out
 
 .PHONY: test
-test: setup ## set up, build and run every test
+test: setup ## set up, build and run every test; T=rgl: those with rgl in their names
 	@$(MAKE) --no-print-directory -s build tests
-	@sh scripts/run_tests $(BUILD)
+	@PYTHON=$(PYTHON) scripts/run_tests $(BUILD) $(T)
+
+.PHONY: check
+check: setup ## set up, build and run the fast tests, in a minute on two cores; T= as above
+	@$(MAKE) --no-print-directory -s build tests
+	@PYTHON=$(PYTHON) scripts/run_tests $(BUILD) check $(T)
+
+.PHONY: golden-check
+golden-check: ## compute the reference values of tests/golden anew (apt-get install python3-mpmath), in minutes
+	@scripts/golden tests/golden/he_torrance.csv --check
+	@scripts/golden tests/golden/reflectance.csv --check
 
 # HETAB_SHAPE lays the kernels out as for a GPU, whatever the device is.
 .PHONY: test-gpu-shape
@@ -124,22 +134,22 @@ asan: setup ## run the tests under AddressSanitizer and UndefinedBehaviorSanitiz
 	  build tests
 	@ASAN_OPTIONS=use_sigaltstack=0:max_free_fill_size=4096:free_fill_byte=165 \
 	  LSAN_OPTIONS=suppressions=$(abspath tests/lsan.supp):print_suppressions=0 \
-	  sh scripts/run_tests $(BUILD)/asan
+	  scripts/run_tests $(BUILD)/asan $(T)
 
 # clang, libFuzzer and the sanitizers come from Debian's clang-15, which nothing else needs.
 FUZZ_CC ?= clang-15
 SECONDS ?= 60
-T ?= scan
+FUZZ_TARGET = $(or $(T),scan)
 .PHONY: fuzz
 fuzz: setup ## fuzz the reader T (tests/fuzz/targets.c) for SECONDS: make fuzz T=scan SECONDS=300
 	@command -v $(FUZZ_CC) >/dev/null || { echo "make fuzz: install clang: apt-get install clang-15"; exit 1; }
 	@$(MAKE) --no-print-directory -s BUILD=$(BUILD)/fuzz CC=$(FUZZ_CC) \
 	  CFLAGS='-O1 -g -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=undefined' \
 	  $(BUILD)/fuzz/fuzzer
-	@mkdir -p $(BUILD)/fuzz/corpus/$(T)
-	@FUZZ_TARGET=$(T) ASAN_OPTIONS=allocator_may_return_null=1:max_free_fill_size=4096:free_fill_byte=165 \
+	@mkdir -p $(BUILD)/fuzz/corpus/$(FUZZ_TARGET)
+	@FUZZ_TARGET=$(FUZZ_TARGET) ASAN_OPTIONS=allocator_may_return_null=1:max_free_fill_size=4096:free_fill_byte=165 \
 	  $(BUILD)/fuzz/fuzzer -max_total_time=$(SECONDS) -timeout=10 -rss_limit_mb=4096 \
-	  -close_fd_mask=1 -artifact_prefix=$(BUILD)/fuzz/$(T)- $(abspath $(BUILD)/fuzz/corpus/$(T) tests/fuzz/corpus/$(T))
+	  -close_fd_mask=1 -artifact_prefix=$(BUILD)/fuzz/$(FUZZ_TARGET)- $(abspath $(BUILD)/fuzz/corpus/$(FUZZ_TARGET) tests/fuzz/corpus/$(FUZZ_TARGET))
 
 INJECTED := malloc calloc realloc strdup strndup asprintf open_memstream write pwrite ftruncate fsync linkat \
   renameat read pread fread
@@ -152,6 +162,7 @@ N ?= 200
 .PHONY: kill
 kill: build ## kill writers at N random moments: nothing is torn, and litter is swept
 	@scripts/kill $(BUILD)/hetab $(N)
+	@scripts/kill_batch $(BUILD)/hetab 30
 
 .PHONY: valgrind
 valgrind: build ## run commands that read and write tables under valgrind (apt-get install valgrind)

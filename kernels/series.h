@@ -2,7 +2,7 @@
  *
  *   h(g, x) = e^-g sum_{m>=1} g^(m-1) / (m! m) e^(-x/m)
  *
- * (the sum of Eq. 13 over g). Positive, decreasing in x, free of material parameters.
+ * (the sum of Eq. 18 over g). Positive, decreasing in x, free of material parameters.
  *
  * The summand is a bump in m about m*, m*^2 ln(m* / g) = x, of width s = (1/m* + 2x/m*^3)^(-1/2).
  *   g <  HETAB_SERIES_G: the integers themselves, up to m* plus some widths;

@@ -14,7 +14,7 @@ static inline vreal hetab_cot_arg(vreal mu, vreal s, real tau_2sigma) {
   return fmin(tau_2sigma * mu / fmax(s, (vreal)RC(1e-18)), (vreal)RC(1e6));
 }
 
-/* S(theta) / cos(theta), Eqs. 23-24 over the cosine of Eq. 8.
+/* S(theta) / cos(theta), Eqs. 15-17 over the cosine of Eq. 8.
  * As printed, Lambda has cot(theta) in a denominator and the quotient is 0/0 at grazing; with
  * A = 1 - erfc(u)/2 it is A / (mu A + exp(-u^2) s / (2 sqrt(pi) tau_2sigma)), which is 1 at normal
  * incidence and sqrt(pi) tau_2sigma at grazing. */

@@ -13,7 +13,7 @@
 
 /* One wavelength: of the wave (src/model/model.h) g, x, amplitude, e1, nk and diffuse BRDF, what it
  * adds to each channel, and a fit of Fresnel's equations (kernels/fresnel.h): how many coefficients
- * it has (0: there is none, SHORT, FIT), those of a, those of m. */
+ * it has (0: there is none, SHORT, FIT), those of a, those of the modulus. */
 enum {
   HETAB_WAVE_G,                    /* two */
   HETAB_WAVE_X = HETAB_WAVE_G + 2, /* two */

@@ -40,6 +40,11 @@ json "every combination" 'len(d["surfaces"]) == 12 and d["surfaces"][1]["surface
 assert all(s["bytes"] == 34992012 for s in d["surfaces"])'
 works "job file" plan five.yml --jobs-for slurm
 check "an array" has '^#SBATCH --array'
+scene "it's.yml" 'surfaces: [NGGAL]' 'consumer: mitsuba-rgb' "output: a b"
+works "a command line" plan "it's.yml" --jobs-for parallel
+sed "s|hetab batch|echo|; s/^parallel --quote //; s/ :::.*//" out >line.sh
+check "quoted for the shell" test "$(sh line.sh)" = "it's.yml -o a b --jobs 1 --shard {}/8"
+refuses "jobs for no scene" 1 'none.yml' plan none.yml --jobs-for slurm
 
 # ---- budgets: the common error is the least that the budget allows ----------------------------------
 scene budget.yml 'surfaces: [BBQAL1, BBQAL2, NGGAL]' 'consumer: mitsuba-rgb' 'memory_mb: 1'
@@ -172,7 +177,14 @@ SLURM_ARRAY_TASK_ID=6 SLURM_ARRAY_TASK_MIN=1 SLURM_ARRAY_TASK_STEP=2 SLURM_ARRAY
   "$program" batch two.yml -o ranks -n >out 2>err
 check "one that does not fit" grep -q 'use --shard' err
 
+scene twice.yml 'sweep: {index: Al, sigma0_um: [0.500001, 0.500002], tau_um: 5}' 'consumer: merl'
+
 # ---- failures ------------------------------------------------------------------------------------
+refuses "an unwritable place" 1 'cannot make the folder' batch two.yml -o /proc/tables
+refuses "an unwritable folder" 1 '/proc/plan.json' batch two.yml -o /proc
+refuses "a value twice" 1 'first four digits' plan twice.yml
+works_loud "nothing to make" batch nothing.yml -o nothing
+check "has an overview, too" grep -q '0 surfaces for merl' nothing/index.html
 refuses "a file in the folder's place" 1 'cannot make the folder' batch two.yml -o two.yml
 refuses "no folder" 2 '-o DIR' batch two.yml
 for consumer in hdf5 exr; do
@@ -202,6 +214,14 @@ scene merl.yml 'surfaces: [NGGAL]' 'consumer: merl'
 OCL_ICD_VENDORS=/nonexistent "$program" batch merl.yml -o nodevice >out 2>err
 check "no device: status" test $? = 1
 check "no device: one line" grep -q '^hetab: NGGAL: .*OpenCL' err
+if ! ldd "$program" | grep -q asan; then # which wants to be loaded first
+  echo 'int clEnqueueNDRangeKernel(void) { return -5; }' >shim.c
+  check "a shim" cc -shared -fPIC -o shim.so shim.c
+  LD_PRELOAD=./shim.so "$program" batch merl.yml -o shim >out 2>err
+  check "a device that fails: status" test $? = 1
+  check "a device that fails: one line" grep -q '^hetab: NGGAL: clEnqueueNDRangeKernel failed' err
+  check "a device that fails: nothing half" test -z "$(find shim -name 'NGGAL*')"
+fi
 works_loud "MERL" batch merl.yml -o merl --json
 json "bytes as planned" 'd["made"] == 1 and d["table_bytes"] == d["planned_bytes"] == d["bytes"] == 34992012'
 mkdir small
@@ -225,6 +245,17 @@ for delay in 0.05 0.2 0.4 0.6; do
   wait $pid 2>/dev/null
   check "no torn table" sh -c 'for f in killed/*.bsdf; do test ! -e $f || cmp $f first/$(basename $f); done'
 done
+scene many.yml 'sweep: {index: Al, sigma0_um: [0.3, 0.5, 0.7], tau_um: [5, 6]}' 'consumer: mitsuba-rgb'
+"$program" batch many.yml -o many -j 2 >out 2>err &
+pid=$!
+until worker=$(awk "{print \$1}" /proc/$pid/task/$pid/children) && [ -n "$worker" ] && ls many/*.json >/dev/null 2>&1; do sleep 0.01; done
+kill -9 $worker
+wait $pid
+check "a worker killed: status" test $? = 1
+check "a worker killed: said" grep -q 'was killed by signal 9' err
+check "the rest goes on" test "$(ls many/*.bsdf | wc -l)" -ge 5
+works_loud "and what it was at is made" batch many.yml -o many --json
+json "no more" 'd["made"] <= 1 and d["made"] + d["kept"] == 6'
 works_loud "after kills" batch two.yml -o killed --quiet
 for f in BBQAL2.bsdf NGGAL.bsdf NGGAL.specular.csv; do check "as undisturbed: $f" cmp first/$f killed/$f; done
 check "no litter" test -z "$(find killed -name '.hetab*')"

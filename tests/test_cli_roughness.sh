@@ -405,7 +405,7 @@ END
 check "each number is explained" /usr/bin/python3 report.py
 refuses "no rows" 1 'a header such as' roughness --rows empty.csv
 
-# ---- a measured profile -------------------------------------------------------------------------
+# ---- long profiles: one made here, and a measured one where ../shared has it ---------------------
 
 # Levelled, not filtered, against numpy: the autocorrelation as a sum of products.
 measured='
@@ -420,14 +420,19 @@ slope = np.sqrt(np.mean(np.diff(z) ** 2)) / 0.25
 raw = json.load(open("out"))["raw"]
 ok = all(abs(raw[key]["average"] / value - 1) < 1e-6 for key, value in
          (("sigma_um", z.std()), ("tau_um", tau), ("slope", z.std() / tau), ("rms_slope", slope)))
-ok &= abs(z.std() - 0.560) < 5e-4 and abs(tau - 11.3) < 0.05 and abs(slope - 0.106) < 5e-4
-ok &= abs(raw["slope"]["average"] - 0.0495) < 5e-5
+ok &= len(sys.argv) < 3 or (abs(z.std() - 0.560) < 5e-4 and abs(tau - 11.3) < 0.05 and abs(slope - 0.106) < 5e-4)
+ok &= len(sys.argv) < 3 or abs(raw["slope"]["average"] - 0.0495) < 5e-5
 sys.exit(not ok)'
+awk 'BEGIN { # sparks leave craters: an exponential autocorrelation
+  srand(2); print "x_um,z_um"
+  for (i = 0; i < 22401; i++)
+    printf "%.2f,%.9f\n", i / 4, z = 0.98 * z + 0.11 * (rand() + rand() + rand() + rand() - 2)
+}' >long.csv
+works "long profile" roughness long.csv --json
+check "long profile against numpy" /usr/bin/python3 -c "$measured" long.csv
 if [ -f "$heights" ]; then
   works "measured profile" roughness "$heights" --json
-  check "measured profile against numpy" /usr/bin/python3 -c "$measured" "$heights"
-else
-  skip "measured profile: ../shared/data/heights/npl-edm.csv is not there"
+  check "measured profile against numpy" /usr/bin/python3 -c "$measured" "$heights" published
 fi
 
 summary

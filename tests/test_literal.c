@@ -190,7 +190,7 @@ static double fresnel(double c, double n, double k) {
   return 0.5 * (creal(s * conj(s)) + creal(p * conj(p)));
 }
 
-/* Eqs. 23-24 again, for shadowing of a Gaussian surface with rms slope sqrt(2) sigma0/tau. */
+/* Eqs. 15-17 again, for shadowing of a Gaussian surface with rms slope sqrt(2) sigma0/tau. */
 static double smith(double theta, double slope) {
   double u = 1 / (2 * slope * tan(theta));
   double lambda = (exp(-u * u) / (sqrt(M_PI) * u) - erfc(u)) / 2;

@@ -153,7 +153,40 @@ static void threads_share_a_table(void **state) {
   }
 }
 
+/* --- opening --------------------------------------------------------------------------------- */
+
+static void *open_alone(void *user) {
+  float value[BANDS];
+  hetab_context *ctx;
+  hetab_lookup *table;
+  if (hetab_context_create(&ctx) != HETAB_OK)
+    return NULL;
+  for (int i = 0; i < 10 && hetab_lookup_open(ctx, "t.h5", HETAB_LOOKUP_NEAREST, &table) == 0;
+       i++) {
+    hetab_lookup_eval(table, (float[]){0, 0, 1}, (float[]){0, 0, 1}, value);
+    *(double *)user += (double)value[0];
+    hetab_lookup_free(table);
+  }
+  hetab_context_free(ctx);
+  return NULL;
+}
+
+/* HDF5 files, each thread with a context of its own: the library has a state of its own. */
+static void threads_open_tables(void **state) {
+  pthread_t threads[THREADS];
+  double sums[THREADS + 1] = {0};
+  save_h5(((fixture *)*state)->ctx, "t.h5");
+  for (int t = 0; t < THREADS; t++)
+    assert_int_equal(pthread_create(&threads[t], NULL, open_alone, &sums[t]), 0);
+  for (int t = 0; t < THREADS; t++)
+    assert_int_equal(pthread_join(threads[t], NULL), 0);
+  open_alone(&sums[THREADS]);
+  assert_true(sums[THREADS] > 0);
+  for (int t = 0; t < THREADS; t++)
+    assert_true(sums[t] == sums[THREADS]);
+}
+
 int main(void) {
-  const struct CMUnitTest tests[] = {TEST(threads_share_a_table)};
+  const struct CMUnitTest tests[] = {TEST(threads_share_a_table), TEST(threads_open_tables)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

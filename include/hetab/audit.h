@@ -143,7 +143,7 @@ typedef struct hetab_audit {
 } hetab_audit;
 
 typedef struct hetab_audit_options {
-  size_t size; /* of the struct; 0: of this header\'s */
+  size_t size; /* of the struct; 0: of this header's */
   hetab_reading lookup;
   double tolerance;     /* of the integrals over a MERL lookup, relative to 1; 0: 1e-3 */
   double max_excess;    /* rho_dh may exceed its bounds by this much beyond the error; 0: not */

@@ -22,7 +22,7 @@ typedef struct hetab_bench_row {
 } hetab_bench_row;
 
 typedef struct hetab_bench_options {
-  size_t size;         /* of the struct; 0: of this header\'s */
+  size_t size;         /* of the struct; 0: of this header's */
   const char *devices; /* as in hetab_engine_options */
   size_t samples;      /* entries compared per row; 0: 20000 */
   unsigned repeats;    /* timed runs of each kernel, the median counts; 0: 5 to 64, for 0.6 s */

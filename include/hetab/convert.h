@@ -28,7 +28,7 @@ extern "C" {
 #endif
 
 typedef struct hetab_convert_options {
-  size_t size;            /* of the struct; 0: of this header\'s */
+  size_t size;            /* of the struct; 0: of this header's */
   const hetab_grid *grid; /* of HDF5; NULL: hetab_grid_create()'s */
   int srgb;               /* linear sRGB even where wavelengths could be kept */
   double table_error;     /* of RGL, as in hetab_rgl_options; 0: 0.01 */

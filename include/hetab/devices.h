@@ -25,7 +25,8 @@ hetab_status hetab_device_list(hetab_context *ctx, hetab_device_info **list, siz
 
 /* Starts to load the OpenCL runtime on a thread of its own: it brings a compiler along, which takes
  * tens of milliseconds that reading inputs and laying out files can overlap. Never fails (NULL: no
- * thread); what goes wrong shows in hetab_engine_create. Finish it before the process exits. */
+ * thread); what goes wrong shows in hetab_engine_create. Finish it before the process exits.
+ * Threads: one at a time. */
 typedef struct hetab_preload hetab_preload;
 hetab_preload *hetab_preload_create(void);
 void hetab_preload_free(hetab_preload *preload); /* waits for the thread; NULL is fine */

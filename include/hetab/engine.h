@@ -14,7 +14,7 @@ extern "C" {
 #endif
 
 typedef struct hetab_engine_options {
-  size_t size; /* of the struct; 0: of this header\'s */
+  size_t size; /* of the struct; 0: of this header's */
   /* "0", "0,1", part of a name, "all"; NULL: the first device. Dense tables share all of them;
    * points, MERL tables and reflectances take the first. */
   const char *devices;
@@ -25,6 +25,7 @@ typedef struct hetab_engine_options {
   double tolerance;
 } hetab_engine_options;
 
+/* Threads: one at a time, whatever the call; engines of several threads work at once. */
 typedef struct hetab_engine hetab_engine;
 
 /* options = NULL: first device, float, rows. HETAB_ERR_DEVICE if there is no device (the message

@@ -44,7 +44,7 @@ typedef enum hetab_exr_parts { HETAB_EXR_BY_THETA_I, HETAB_EXR_BY_WAVELENGTH } h
 typedef enum hetab_exr_element { HETAB_EXR_FLOAT, HETAB_EXR_HALF } hetab_exr_element;
 
 typedef struct hetab_exr_options {
-  size_t size;           /* of the struct; 0: of this header\'s */
+  size_t size;           /* of the struct; 0: of this header's */
   hetab_exr_bands bands; /* RGB needs wavelengths of 400-700 nm at 10 nm or finer */
   hetab_exr_parts parts; /* BY_WAVELENGTH only with SPECTRAL */
   hetab_exr_element element;

@@ -84,7 +84,7 @@ typedef struct hetab_fit_parameter {
 } hetab_fit_parameter;
 
 typedef struct hetab_fit_options {
-  size_t size; /* of the struct; 0: of this header\'s */
+  size_t size; /* of the struct; 0: of this header's */
   /* Of slope, sigma0 and tau exactly two are free or given (value not 0). */
   hetab_fit_parameter parameters[HETAB_FIT_QUANTITIES];
   int one_diffuse;          /* `a`, if free, is one number for all wavelengths, not one for each */

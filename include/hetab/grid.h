@@ -13,6 +13,7 @@ extern "C" {
 
 typedef enum hetab_axis { HETAB_THETA_I, HETAB_THETA_R, HETAB_PHI, HETAB_AXIS_COUNT } hetab_axis;
 
+/* Threads: shared where it is const; hetab_grid_set_*() by one thread, while no other reads. */
 typedef struct hetab_grid hetab_grid;
 
 /* 90 x 90 x 181: theta 0:90:90, phi 0:180:181, both ends included. */

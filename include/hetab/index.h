@@ -9,6 +9,7 @@
 extern "C" {
 #endif
 
+/* Threads: once made, it does not change and may be shared. */
 typedef struct hetab_index hetab_index;
 
 /* The same n and k at every wavelength. n > 0, k >= 0, finite. */

@@ -56,6 +56,7 @@ typedef enum hetab_lookup_rule {
   HETAB_LOOKUP_NEAREST      /* the cell's or node's own number, the whole file in memory */
 } hetab_lookup_rule;
 
+/* Threads: shared, as said above. */
 typedef struct hetab_lookup hetab_lookup;
 
 /* An HDF5 table of ours (.h5), a MERL table (.binary), or a .bsdf (see <hetab/rgl.h>: it is looked

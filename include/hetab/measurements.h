@@ -9,6 +9,7 @@
 extern "C" {
 #endif
 
+/* Threads: once made, they do not change and may be shared. */
 typedef struct hetab_measurements hetab_measurements;
 
 /* By extension, else by content (what comes through a pipe is text):

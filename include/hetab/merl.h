@@ -21,6 +21,8 @@ enum {
   HETAB_MERL_CELLS = HETAB_MERL_THETA_H * HETAB_MERL_THETA_D * HETAB_MERL_PHI_D
 };
 
+/* Threads: shared where it is const; through hetab_merl_channel() by one thread, while no other
+ * reads. */
 typedef struct hetab_merl hetab_merl;
 
 /* All cells -1 (below the horizon). */

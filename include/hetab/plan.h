@@ -41,6 +41,7 @@ typedef enum hetab_consumer {
 
 const char *hetab_consumer_name(hetab_consumer consumer); /* "mitsuba-rgb" */
 
+/* Threads: once loaded, it does not change and may be shared. */
 typedef struct hetab_scene hetab_scene;
 
 hetab_status hetab_scene_load(hetab_context *ctx, const char *path, hetab_scene **out);

@@ -51,7 +51,7 @@ hetab_status hetab_envelope(hetab_context *ctx, hetab_engine *engine, const heta
                             hetab_bounded quantity, hetab_bounds *out);
 
 typedef struct hetab_predict_options {
-  size_t size;                   /* of the struct; 0: of this header\'s */
+  size_t size;                   /* of the struct; 0: of this header's */
   hetab_roughness_bounds bounds; /* the surface's own values have to lie within */
   const double *theta_i;         /* [theta_i_count], 0 <= theta_i < pi/2 */
   size_t theta_i_count;

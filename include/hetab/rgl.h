@@ -31,10 +31,11 @@ typedef enum hetab_rgl_bands {
   HETAB_RGL_SPECTRAL /* the surface's wavelengths */
 } hetab_rgl_bands;
 
+/* Threads: once made, it does not change and may be shared. */
 typedef struct hetab_rgl hetab_rgl;
 
 typedef struct hetab_rgl_options {
-  size_t size; /* of the struct; 0: of this header\'s */
+  size_t size; /* of the struct; 0: of this header's */
   hetab_rgl_bands bands;
   double table_error; /* relative L1 per incidence that the shape is chosen for; 0: 0.01 */
   /* > 0: the specular delta becomes a lobe of half vectors within that angle of the normal
@@ -99,7 +100,7 @@ size_t hetab_rgl_negative(const hetab_rgl *rgl);
 
 /* As the readers do it, in float: f cos(theta_o) and pdf are those of Mitsuba 3.9.1 to 2e-6, the
  * samples to 4e-5 and their densities to 2e-4 (tests/test_rgl.c). Unit vectors as in
- * <hetab/lookup.h>; thread-safe, no allocation.
+ * <hetab/lookup.h>; no allocation.
  * value[channels]: the BRDF in 1/sr, WITHOUT the cosine that the files carry; 0 if a direction is
  * not above the horizon. */
 void hetab_rgl_eval(const hetab_rgl *rgl, const float wi[3], const float wo[3], float *value);

@@ -15,6 +15,7 @@ extern "C" {
 
 /* ---- heights ------------------------------------------------------------------------------- */
 
+/* Threads: once made, they do not change and may be shared. */
 typedef struct hetab_heights hetab_heights;
 
 typedef enum hetab_heights_kind {
@@ -86,7 +87,7 @@ const char *hetab_filter_name(hetab_filter filter); /* "Gaussian" */
 
 /* Zeroed: level by fit, no separation of scales, outliers by the default. */
 typedef struct hetab_roughness_options {
-  size_t size; /* of the struct; 0: of this header\'s */
+  size_t size; /* of the struct; 0: of this header's */
   /* Of the filter, um; 0: no filter; HETAB_CUTOFF_AUTO, Gaussian only: the cut-off with the largest
    * small-scale slope. */
   double cutoff_um;

@@ -35,6 +35,7 @@
 extern "C" {
 #endif
 
+/* Threads: shared, as said above. */
 typedef struct hetab_model_sampler hetab_model_sampler;
 
 /* Samples band number `hero` of the surface, with weights for all its bands, each at the cost of

@@ -4,8 +4,6 @@
  * outputs to NULL on failure; what it left in output arrays then is not to be used. The one-line
  * message that says what went wrong, where, and how to mend it is kept in the context:
  * hetab_error_message(). The library prints nothing and never exits.
- *
- * A context serves one thread at a time; give each thread its own.
  */
 #ifndef HETAB_STATUS_H
 #define HETAB_STATUS_H
@@ -27,6 +25,7 @@ typedef enum hetab_status {
   HETAB_ERR_CANCELLED    /* the progress callback asked to stop */
 } hetab_status;
 
+/* Threads: one at a time; give each its own. */
 typedef struct hetab_context hetab_context;
 
 /* Called now and then from the thread that called the library, with the work done so far and in

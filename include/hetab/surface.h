@@ -29,6 +29,7 @@
 extern "C" {
 #endif
 
+/* Threads: shared where it is const; hetab_surface_set_*() by one thread, while no other reads. */
 typedef struct hetab_surface hetab_surface;
 
 /* A preset name, or a path: what contains a '/' or ends in .yml or .yaml is a path. */

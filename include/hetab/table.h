@@ -26,7 +26,7 @@ extern "C" {
 #endif
 
 typedef struct hetab_h5_options {
-  size_t size;             /* of the struct; 0: of this header\'s */
+  size_t size;             /* of the struct; 0: of this header's */
   hetab_precision element; /* of /brdf in the file */
   hetab_precision slabs;   /* of the slabs that will be written: the engine's precision */
   int compression;         /* 0 none, 1-9 shuffle + deflate level */
@@ -34,7 +34,7 @@ typedef struct hetab_h5_options {
 } hetab_h5_options;
 
 /* A dense table in the making, HDF5 or OpenEXR (<hetab/exr.h>): create, write every slab once and
- * the specular reflectance, commit. */
+ * the specular reflectance, commit. Threads: one at a time. */
 typedef struct hetab_table_writer hetab_table_writer;
 
 /* Nothing appears under path before hetab_table_commit: a kill at any moment leaves the old file,
@@ -64,7 +64,7 @@ void hetab_table_abort(hetab_table_writer *writer);
  * float are off by up to 6e-8 more. */
 hetab_error_stats hetab_h5_error(const hetab_h5_options *options, const hetab_error_stats *error);
 
-/* A table open for reading. Nothing but metadata is held in memory. */
+/* A table open for reading. Nothing but metadata is held in memory. Threads: one at a time. */
 typedef struct hetab_h5_table hetab_h5_table;
 
 /* HETAB_ERR_PARSE, naming the file and what is missing, if it is not such a table. */

@@ -17,7 +17,7 @@ extern "C" {
 #define HETAB_NO_SAMPLES ((size_t)-1)
 
 typedef struct hetab_tabulate_options {
-  size_t size;    /* of the struct; 0: of this header\'s */
+  size_t size;    /* of the struct; 0: of this header's */
   size_t samples; /* entries compared with the literal reference in all; 0: 2000 */
   unsigned seed;  /* of the sample */
 } hetab_tabulate_options;
@@ -42,7 +42,7 @@ typedef enum hetab_merl_colour {
 } hetab_merl_colour;
 
 typedef struct hetab_merl_options {
-  size_t size; /* of the struct; 0: of this header\'s */
+  size_t size; /* of the struct; 0: of this header's */
   hetab_merl_sampling sampling;
   hetab_merl_colour colour;
   double band_um[3];    /* MONO: the first; BANDS: R, G, B */

@@ -56,7 +56,7 @@ typedef struct hetab_value {
   double specular; /* specular reflectance rho_s(theta_i), Eq. 10, dimensionless */
   double ud;       /* uniform-diffuse BRDF, Eq. 9, 1/sr */
   double total;    /* dd + ud, 1/sr: what tables hold (the specular delta is apart) */
-  double g;        /* roughness phase parameter, Eq. 12 */
+  double g;        /* roughness phase parameter, Eq. 19 */
   double x;        /* v_xy^2 tau^2 / 4 */
 } hetab_value;
 

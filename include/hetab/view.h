@@ -38,7 +38,7 @@ typedef enum hetab_view_what {
 } hetab_view_what;
 
 typedef struct hetab_view_options {
-  size_t size; /* of the struct; 0: of this header\'s */
+  size_t size; /* of the struct; 0: of this header's */
   hetab_view_what what;
   const double *theta_i; /* [theta_i_count], ascending, in [0, pi/2); NULL: 0, 30, 60, 80 degrees */
   size_t theta_i_count;  /* at most HETAB_VIEW_MOST_THETA_I */
@@ -47,6 +47,7 @@ typedef struct hetab_view_options {
   double exposure;       /* of the sphere on the page, in stops */
 } hetab_view_options;
 
+/* Threads: once made, it does not change and may be shared. */
 typedef struct hetab_view hetab_view;
 
 /* HETAB_ERR_RANGE for colour from too few wavelengths, or a wavelength that is not there. */

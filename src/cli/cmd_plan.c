@@ -6,28 +6,46 @@
 #include "options.h"
 #include "plan_output.h"
 
-static int print_jobs(const char *scene, int scheduler) {
+/* As one word of a shell. */
+static void print_word(const char *text) {
+  putchar('\'');
+  for (; *text; text++)
+    fputs(*text == '\'' ? "'\\''" : (char[]){*text, 0}, stdout);
+  putchar('\'');
+}
+
+static void print_command(const char *scene, const char *folder, const char *options) {
+  fputs("hetab batch ", stdout);
+  print_word(scene);
+  fputs(" -o ", stdout);
+  print_word(folder ? folder : "tables");
+  puts(options);
+}
+
+/* Eight tasks: any number does, and any later run does what is missing. */
+static int print_jobs(const char *path, const hetab_scene *scene, int scheduler) {
   if (scheduler == 0)
-    printf("#!/bin/sh\n# sbatch this file; any number of tasks, all in one shared folder\n"
-           "#SBATCH --array=1-8\n#SBATCH --ntasks=1\n#SBATCH --cpus-per-task=1\n"
-           "exec hetab batch '%s' -o tables\n",
-           scene);
+    fputs("#!/bin/sh\n# sbatch this file; any number of tasks, all in one shared folder\n"
+          "#SBATCH --array=1-8\n#SBATCH --ntasks=1\n#SBATCH --cpus-per-task=1\nexec ",
+          stdout);
   else
-    printf("parallel hetab batch '%s' -o tables --jobs 1 --shard {}/8 ::: 1 2 3 4 5 6 7 8\n",
-           scene);
+    fputs("parallel --quote ", stdout);
+  print_command(path, hetab_scene_output(scene),
+                scheduler == 0 ? "" : " --jobs 1 --shard {}/8 ::: 1 2 3 4 5 6 7 8");
   return CLI_OK;
 }
 
-static int run_plan(const char *path, int json) {
+static int run_plan(const char *path, int scheduler, int json) {
   hetab_context *ctx = cli_context();
   hetab_scene *scene = NULL;
   hetab_plan *plan = NULL;
   if (!ctx)
     return CLI_FAILURE;
   hetab_status status = hetab_scene_load(ctx, path, &scene);
-  if (status == HETAB_OK)
+  if (status == HETAB_OK && scheduler < 0)
     status = hetab_plan_create(ctx, scene, &plan);
   int result = status != HETAB_OK ? cli_fail_context(ctx)
+               : scheduler >= 0   ? print_jobs(path, scene, scheduler)
                : json             ? plan_print_json(scene, plan)
                                   : plan_print(scene, plan);
   hetab_plan_free(plan);
@@ -50,7 +68,7 @@ static int run(const cli_command *self, int argc, char **argv) {
     return cli_usage(self, "no SCENE given");
   if (argv[first + 1])
     return cli_usage(self, "unexpected argument '%s'", argv[first + 1]);
-  return scheduler >= 0 ? print_jobs(argv[first], scheduler) : run_plan(argv[first], json);
+  return run_plan(argv[first], scheduler, json);
 }
 
 const cli_command cli_plan = {

@@ -1,7 +1,25 @@
 /* The He-Torrance model as printed: Eqs. 6-25 of Li & Torrance, TR PCG-05-02 (2005), appendix A,
  * in double, one quantity after the other. This is the executable specification and the baseline
  * of every speed figure; it shares nothing with kernels/. Where the print divides zero by zero the
- * limit is taken, and said. */
+ * limit is taken, and said.
+ *
+ *   Eq.     what                                    here            kernels/
+ *   6       rho_bd = sp + dd + ud                   hetab_literal   points.cl
+ *   7, 11   sp: rho_s / cos(theta_i) in a cone      a delta: its reflectance rho_s stands for it
+ *   8       dd = |F|^2 / pi G S D / (mu_i mu_r)     hetab_literal   hetab_dd (he_torrance.h)
+ *   9       ud = a                                  hetab_literal   points.cl, dense.cl
+ *   10      rho_s = |F|^2 e^-g S                    hetab_literal   hetab_rho_s (he_torrance.h)
+ *   12      |F|^2, unpolarised                      fresnel         hetab_fresnel (fresnel.h)
+ *   13      G                                       geometry        cos^4(theta_d) of hetab_dd
+ *   14-17   S = S_i S_r, and Lambda                 shadowing       hetab_shadow_over_cos
+ * (shadowing.h) 18      D, the sum over m                       series          hetab_h (series.h),
+ * times g 19      g                                       g_of            hetab_wave_g
+ * (he_torrance.h) 20, 21  sigma and z0                            sigma_um hetab_roughness_ratio2
+ * (shadowing.h) 22      K_i, K_r                                k_of            hetab_k
+ * (shadowing.h) 23      v                                       hetab_literal   hetab_wave_x
+ * (he_torrance.h) 24, 25  s and p                                 s_direction     gone: G's
+ * brackets cancel
+ */
 #include <math.h>
 
 #include "model/model.h"
@@ -26,7 +44,8 @@ static vec3 direction(double theta, double phi) {
   return (vec3){sin(theta) * cos(phi), sin(theta) * sin(phi), cos(theta)};
 }
 
-/* The unit vector of k x z: the s direction; any tangent where k is the normal (limit). */
+/* Eqs. 24-25: the unit vector of k x z, the s direction; any tangent where k is the normal (limit).
+ */
 static vec3 s_direction(vec3 k) {
   vec3 s = cross(k, (vec3){0, 0, 1});
   double length = sqrt(dot(s, s));
@@ -38,7 +57,7 @@ static double cot_argument(double theta, const hetab_point *p) {
   return theta > 0 ? p->tau_um / (2 * p->sigma0_um * tan(theta)) : HUGE_VAL;
 }
 
-/* Eqs. 23-24: S(theta). At normal incidence Lambda = 0. */
+/* Eqs. 15-17: S(theta). At normal incidence Lambda = 0. */
 static double shadowing(double theta, const hetab_point *p) {
   double u = cot_argument(theta, p);
   double lambda = isinf(u) ? 0 : 0.5 * (exp(-u * u) / (sqrt(M_PI) * u) - erfc(u));
@@ -70,13 +89,14 @@ static double sigma_um(double k_sum, const hetab_point *p) {
   return p->sigma0_um / sqrt(1 + z * z);
 }
 
-/* Eq. 12. */
+/* Eq. 19. */
 static double g_of(double sigma, double mu_sum, double lambda) {
   double phase = 2 * M_PI * sigma / lambda * mu_sum;
   return phase * phase;
 }
 
-/* Eqs. 25 ff.: |F|^2, the mean of the two polarisations, for cos(theta) and index n + ik. */
+/* Eq. 12: |F|^2, the mean of the two polarisations, for c = cos(theta) and index n + ik. a + ib =
+ * sqrt((n + ik)^2 - sin^2) is the refracted wave's normal component; st = sin tan. */
 static double fresnel(double c, double n, double k) {
   double sin2 = 1 - c * c;
   double re = n * n - k * k - sin2, im = 2 * n * k;
@@ -88,7 +108,7 @@ static double fresnel(double c, double n, double k) {
   return 0.5 * fs * (1 + ratio);
 }
 
-/* Eq. 14: G = (v.v / v_z)^2 / |k_r x k_i|^4 [(s_r.k_i)^2 + (p_r.k_i)^2] [(s_i.k_r)^2 +
+/* Eq. 13: G = (v.v / v_z)^2 / |k_r x k_i|^4 [(s_r.k_i)^2 + (p_r.k_i)^2] [(s_i.k_r)^2 +
  * (p_i.k_r)^2]. k_i points to the surface in the print, here both point away: the squares do not
  * notice. At retro-reflection and its neighbourhood both brackets equal |k_r x k_i|^2: the limit
  * is 1. */
@@ -116,7 +136,7 @@ static double largest_term(double g, double x) {
   return low < 1 ? 1 : floor(low);
 }
 
-/* Eq. 13's sum over m of g^m e^-g / (m! m) e^(-x/m), term by term from the largest one both ways
+/* Eq. 18's sum over m of g^m e^-g / (m! m) e^(-x/m), term by term from the largest one both ways
  * until nothing changes: from m = 1 the terms underflow for g > 700. */
 static double series(double g, double x) {
   if (g <= 0)
@@ -148,7 +168,7 @@ hetab_value hetab_literal(const hetab_point *p) {
   double s_i = shadowing(p->theta_i, p), s_r = shadowing(p->theta_r, p);
   double k_i = k_of(p->theta_i, p), k_r = k_of(p->theta_r, p);
   double wave_number = 2 * M_PI / p->lambda_um;
-  double vxy = wave_number * wave_number * (v.x * v.x + v.y * v.y); /* v_xy^2, 1/um^2 */
+  double vxy = wave_number * wave_number * (v.x * v.x + v.y * v.y); /* v_xy^2 of Eq. 23, 1/um^2 */
   double cos_d = sqrt(dot(v, v)) / 2;
   hetab_value value = {.ud = p->diffuse_brdf, .x = vxy * p->tau_um * p->tau_um / 4};
 
@@ -161,7 +181,7 @@ hetab_value hetab_literal(const hetab_point *p) {
     double sigma = sigma_um(k_i + k_r, p);
     value.g = g_of(sigma, ki.z + kr.z, p->lambda_um);
     double d = M_PI * M_PI * p->tau_um * p->tau_um / (4 * p->lambda_um * p->lambda_um) *
-               series(value.g, value.x); /* Eq. 13 */
+               series(value.g, value.x); /* Eq. 18 */
     value.dd = fresnel(cos_d, p->n, p->k) / M_PI * geometry(ki, kr, v) * s_i * s_r * d /
                (ki.z * kr.z); /* Eq. 8; 0 at exactly 90 degrees, where sigma -> 0 */
   }

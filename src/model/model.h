@@ -14,7 +14,7 @@
 typedef struct hetab_direction {
   double theta;
   double mu, s;           /* cosine and sine; mu is exactly 0 at pi/2 */
-  double shadow_over_cos; /* S / mu, Eqs. 23-24 */
+  double shadow_over_cos; /* S / mu, Eqs. 15-17 */
   double k;               /* Eq. 22; infinite at pi/2 */
 } hetab_direction;
 

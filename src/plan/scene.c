@@ -332,9 +332,11 @@ static hetab_status check_names(hetab_yaml *file, const hetab_scene *scene) {
   }
   for (size_t i = 1; i < count && status == HETAB_OK; i++)
     if (by_name(&sorted[i - 1], &sorted[i]) == 0)
-      status = hetab_fail(file->ctx, HETAB_ERR_PARSE,
-                          "%s: two surfaces are named %s: give one another name", file->path,
-                          hetab_surface_name(sorted[i]));
+      status =
+          hetab_fail(file->ctx, HETAB_ERR_PARSE,
+                     "%s: two surfaces are named %s: give one another name; a sweep's values have "
+                     "to differ in their first four digits",
+                     file->path, hetab_surface_name(sorted[i]));
   free(sorted);
   return status;
 }

@@ -95,7 +95,7 @@ def erfc(N, u):
 
 
 class Direction:
-    """mu = cos(theta), s = sin(theta), S / mu (Eqs. 23-24), K (Eq. 22)."""
+    """mu = cos(theta), s = sin(theta), S / mu (Eqs. 15-17), K (Eq. 22)."""
 
     def __init__(self, N, mu, s, tau_2sigma):
         self.mu = N.maximum(mu, 1e-9)
@@ -121,7 +121,7 @@ def ratio2(N, k_sum):
 
 
 def fresnel(N, cos2, n, k):
-    """Unpolarised reflectance |F|^2 of n + ik at cos^2 of the angle (Eq. 25)."""
+    """Unpolarised reflectance |F|^2 of n + ik at cos^2 of the angle (Eq. 12)."""
     e1, nk = (n - 1.0) * (n + 1.0) - k * k, n * k
     c = N.sqrt(cos2)
     re = e1 + cos2

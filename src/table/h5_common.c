@@ -1,6 +1,7 @@
 #include "table/h5_common.h"
 
 #include <errno.h>
+#include <pthread.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -138,10 +139,14 @@ static const H5FD_class_t driver = {
 /* Registered once, for the life of the process: HDF5 calls on it until the last file is closed, and
  * does not count files as users of it. */
 static hid_t driver_id(void) {
+  static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
   static hid_t id = H5I_INVALID_HID;
+  pthread_mutex_lock(&mutex);
   if (H5Iget_type(id) != H5I_VFL) /* never yet, or gone with H5close() */
     id = H5FDregister(&driver);
-  return id;
+  hid_t now = id;
+  pthread_mutex_unlock(&mutex);
+  return now;
 }
 
 /* Access through the driver, of formats up to `high`. */
