@@ -20,8 +20,9 @@ EXR_LIB = $(filter -lOpenEXRCore%,$(shell pkg-config --libs OpenEXR))
 PACKAGE_LIBS = $(shell pkg-config --libs-only-L hdf5) -lhdf5_hl $(shell pkg-config --libs $(PACKAGES)) $(EXR_LIB)
 CPPFLAGS_ALL = -Iinclude -Isrc -I. -DHETAB_VERSION='"$(VERSION)"' -D_GNU_SOURCE \
   -DCL_TARGET_OPENCL_VERSION=120 $(PACKAGE_FLAGS) $(CPPFLAGS)
-# No contraction: host values must not depend on what the compiler fuses.
-CFLAGS_ALL = -std=c11 -fPIC -ffp-contract=off -pthread $(WARNINGS) $(CFLAGS)
+# No contraction: host values must not depend on what the compiler fuses. Nobody asks errno after
+# sqrt() or erfc(), so that they are inlined and shared.
+CFLAGS_ALL = -std=c11 -fPIC -ffp-contract=off -fno-math-errno -pthread $(WARNINGS) $(CFLAGS)
 LIBS = $(PACKAGE_LIBS) -lm -pthread
 
 LIB_SOURCES := $(filter-out src/cli/%,$(wildcard src/*/*.c))
@@ -92,6 +93,11 @@ gallery: setup ## render tables to out/gallery/: in Mitsuba 3, and in C with the
 	@scripts/gallery_path_tracer $(BUILD) out/gallery
 	@PYTHON=$(PYTHON) scripts/gallery $(BUILD) out/gallery
 
+.PHONY: sweep
+sweep: setup ## make 1000 tables, audit them and draw 200, in out/sweep
+	@$(MAKE) --no-print-directory -s build
+	@scripts/sweep $(BUILD) out/sweep
+
 COUNT ?= 40
 .PHONY: test-cluster
 test-cluster: ## run batches by GNU parallel, Open MPI and Slurm on this machine: COUNT surfaces, 400 for its times
@@ -112,8 +118,10 @@ bench: setup ## speed against error of every method, with plots, in out/
 	@scripts/plot_bench out/bench.csv out/bench.png
 	@scripts/plot_roofline out/bench.csv out/roofline.png
 	@scripts/bench_commands $(BUILD)/hetab
-	@$(MAKE) --no-print-directory -s $(BUILD)/tests/bench/lookup_speed
+	@$(MAKE) --no-print-directory -s $(patsubst %,$(BUILD)/tests/bench/%_speed,lookup series)
 	@$(BUILD)/tests/bench/lookup_speed out BBQAL1 BBQAL2 GGAL120 GGAL240 NGGAL | tee out/lookup.csv
+	@$(BUILD)/tests/bench/series_speed
+	@$(PYTHON) tests/bench/python_speed.py $(BUILD)
 
 .PHONY: figures
 figures: setup ## redraw what the report's figures show, in out/figures
@@ -218,7 +226,8 @@ $(BUILD)/%.o: %.c
 	$(CC) $(CPPFLAGS_ALL) $(CFLAGS_ALL) -MMD -MP -c -o $@ $<
 
 # Loops over blocks become vectors; its numbers carry the errors that its tests measure.
-$(BUILD)/src/lookup/lattice_eval.o: CFLAGS_ALL += -O3 -fno-math-errno -fno-trapping-math -ffp-contract=fast
+$(addprefix $(BUILD)/src/lookup/,lattice_eval.o dense_load.o dense_source.o lattice.o half_sampler.o): \
+  CFLAGS_ALL += -O3 -fno-trapping-math -ffp-contract=fast
 
 $(BUILD)/kernels_embedded.c: scripts/embed_kernels $(wildcard kernels/*)
 	@mkdir -p $(@D)

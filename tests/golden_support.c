@@ -65,7 +65,7 @@ golden_point *golden_points(size_t *count) {
 
 golden_reflectance *golden_reflectances(size_t *count) {
   char(*names)[32];
-  double(*rows)[MOST_FIELDS] = read_csv("tests/golden/reflectance.csv", 10, &names, count);
+  double(*rows)[MOST_FIELDS] = read_csv("tests/golden/reflectance.csv", 9, &names, count);
   golden_reflectance *points = calloc(*count, sizeof *points);
   for (size_t i = 0; i < *count; i++) {
     const double *r = rows[i];
@@ -80,8 +80,7 @@ golden_reflectance *golden_reflectances(size_t *count) {
                                                .phi = M_PI},
                                      .rho_dd = r[6],
                                      .rho_s = r[7],
-                                     .fresnel = r[8],
-                                     .rel_change = r[9]};
+                                     .fresnel = r[8]};
     strcpy(points[i].name, names[i]);
   }
   free(rows);

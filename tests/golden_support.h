@@ -28,7 +28,6 @@ typedef struct golden_reflectance {
   char name[32];
   hetab_point point;
   double rho_dd, rho_s, fresnel;
-  double rel_change; /* of rho_dd, between the last two levels of the reference */
 } golden_reflectance;
 
 /* All rows, from the repository's root; free() them. */

@@ -149,9 +149,27 @@ static inline lookup_error error_at(lookup_fn look_up, const void *user, const l
   return (lookup_error){absolute / sum, bias / sum};
 }
 
+/* The density of a table's sampler, its delta aside. */
+static inline float density_at(const hetab_lookup *table, const float wi[3], const float wo[3]) {
+  const hetab_lookup_query query = {.without_delta = 1};
+  float pdf;
+  hetab_lookup_eval(table, &query, 1, wi, wo, NULL, &pdf);
+  return pdf;
+}
+
+/* A sample that is not the delta's; its density. */
+static inline float sample_at(const hetab_lookup *table, const float wi[3], float uc,
+                              const float u[2], float wo[3], float *weight) {
+  const hetab_lookup_query query = {.without_delta = 1};
+  hetab_lookup_drawn drawn;
+  hetab_lookup_sample(table, &query, 1, wi, &uc, u, &drawn, weight);
+  memcpy(wo, drawn.wo, sizeof drawn.wo);
+  return drawn.pdf;
+}
+
 static inline void look_up_table(const void *user, const float wi[3], const float wo[3],
                                  float *value) {
-  hetab_lookup_eval(user, wi, wo, value);
+  hetab_lookup_eval(user, NULL, 1, wi, wo, value, NULL);
 }
 
 #endif

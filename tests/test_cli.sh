@@ -180,7 +180,7 @@ printf 'name: x\nsigma0_um: 1\ntau_um: 3\nindex: Al\nroughness: 2\n' >bad.yml
 refuses "unknown key" 1 "bad.yml:5.*roughness" tabulate bad.yml -o n.h5
 printf 'name: [x\nsigma0_um: 1\n' >bad.yml
 refuses "malformed YAML" 1 "bad.yml" tabulate bad.yml -o n.h5
-refuses "wavelengths outside" 1 "700|0\.7" tabulate BBQAL2 -o n.h5 --wavelengths 900
+refuses "wavelengths outside" 1 "103\.32" tabulate BBQAL2 -o n.h5 --wavelengths 90
 refuses "malformed wavelengths" 1 "400:700" tabulate BBQAL2 -o n.h5 --wavelengths 400:700
 refuses "malformed axis" 1 "91" tabulate BBQAL2 -o n.h5 --theta-i 0,91
 refuses "bad phi" 1 "." tabulate BBQAL2 -o n.h5 --phi 10:5:3
@@ -271,7 +271,7 @@ bad_row "row: infinite" "stdin:3: column 'phi_deg'" 0.55,1,2,inf
 bad_row "row: below the horizon" "stdin:3: column 'theta_i_deg': 91 is out of range: give a value from 0 to 90" 0.55,91,2,3
 bad_row "row: negative wavelength" "stdin:3: column 'lambda_um': -1 is out of range: give a value from 1e-06" -1,1,2,3
 bad_row "row: huge azimuth" "stdin:3: column 'phi_deg': 1e300 is out of range" 0.55,1,2,1e300
-bad_row "row: outside the index data" "stdin:3: .*0\.7" 0.9,1,2,3
+bad_row "row: outside the index data" "stdin:3: .*103\.32" 0.09,1,2,3
 bad_row "row: too short" "stdin:3: 3 fields where the header names 4: add the missing value or remove the column" 0.55,1,2
 bad_row "row: too long" "stdin:3: 5 fields.*: remove the value" 0.55,1,2,3,4
 printf '%s,sigma0_um,tau_um,n,k\n0.1,1,2,3,4e5,1e5,1,6\n' "$header" | "$program" eval >out 2>err
@@ -355,7 +355,7 @@ refuses "reflectance: no surface" 2 "no SURFACE" reflectance
 refuses "reflectance: two surfaces" 2 "unexpected argument 'b'" reflectance a b
 refuses "reflectance: below the horizon" 1 "91.*0 to 90" reflectance NGGAL --theta-i 91
 refuses "reflectance: not a number" 1 "theta_i" reflectance NGGAL --theta-i nan
-refuses "reflectance: outside the index data" 1 "0\.7|700" reflectance NGGAL --wavelength 900
+refuses "reflectance: outside the index data" 1 "103\.32" reflectance NGGAL --wavelength 90
 refuses "reflectance: zero tolerance" 2 "tolerance" reflectance NGGAL --tolerance 0
 refuses "reflectance: colour of one band" 1 "400" reflectance NGGAL --rgb --wavelength 550
 "$program" reflectance NGGAL >/dev/full 2>err

@@ -51,14 +51,23 @@ scene budget.yml 'surfaces: [BBQAL1, BBQAL2, NGGAL]' 'consumer: mitsuba-rgb' 'me
 works "budget" plan budget.yml --json
 json "met, and used" '0.9e6 < d["bytes"] <= 1e6 and d["table_error"] > 0.01'
 cp out budget.json
-# brute force: no split of the budget has a smaller worst error, as any surface takes more at less
-/usr/bin/python3 - <<'END' >less.yml
-import json
-d = json.load(open("budget.json"))
-print("surfaces: [BBQAL1, BBQAL2, NGGAL]\nconsumer: mitsuba-rgb\ntable_error: %.9g" % (d["table_error"] * 0.97))
+# brute force: of all ways to split the budget, with errors a tenth apart, the least worst error
+check "no split is better" /usr/bin/python3 - "$program" <<'END'
+import itertools, json, subprocess, sys
+found = json.load(open("budget.json"))
+names = [s["surface"] for s in found["surfaces"]]
+errors = [0.01 * 1.05**k for k in range(0, 30, 2)]
+def sizes(error):
+    with open("one.yml", "w") as f:
+        f.write("surfaces: [%s]\nconsumer: mitsuba-rgb\ntable_error: %.9g" % (", ".join(names), error))
+    return [s["bytes"] for s in json.loads(subprocess.run([sys.argv[1], "plan", "one.yml", "--json"],
+                                                          capture_output=True).stdout)["surfaces"]]
+table = [sizes(e) for e in errors]
+best = min(errors[max(pick)] for pick in itertools.product(range(len(table)), repeat=3)
+           if sum(table[pick[s]][s] for s in range(3)) <= 1e6)
+assert best / 1.1026 < found["table_error"] <= best * 1.0001, (best, found["table_error"])
+assert all(s["error_l1"] <= found["table_error"] for s in found["surfaces"])
 END
-works "less error" plan less.yml --json
-json "takes more" 'd["bytes"] > 1e6'
 scene tight.yml 'surfaces: [BBQAL1, NGGAL]' 'consumer: mitsuba-rgb' 'memory_mb: 0.01'
 refuses "impossible budget" 1 'memory_mb 0.01 is too little.*BBQAL1 \(' plan tight.yml
 
@@ -84,8 +93,8 @@ bad "contradiction" 'slope.*besides sigma0_um' \
   'sweep: {index: Al, slope: 0.1, sigma0_um: 1, tau_um: 5}' 'consumer: merl'
 bad "bad range" 'bad.yml:1: key tau_um' \
   'sweep: {index: Al, slope: 0.1, tau_um: {from: 5, to: 1, count: 3}}' 'consumer: merl'
-bad "outside the index data" '400|700' \
-  'surfaces: [{name: x, sigma0_um: 1, tau_um: 5, index: Al, wavelengths_nm: 900:1000:10}]' 'consumer: merl'
+bad "outside the index data" '103\.32' \
+  'surfaces: [{name: x, sigma0_um: 1, tau_um: 5, index: Al, wavelengths_nm: 80:90:10}]' 'consumer: merl'
 bad "error out of range" 'bad.yml:2: key table_error' 'surfaces: [NGGAL]' 'table_error: 2' 'consumer: merl'
 
 # ---- batches -------------------------------------------------------------------------------------
@@ -156,6 +165,14 @@ check "the delta is in the tables" sh -c 'test ! -e pbrt/NGGAL.specular.csv && g
 check "spectra" grep -qa wavelengths pbrt/NGGAL.bsdf
 check "materials" grep -q 'MakeNamedMaterial "NGGAL" "string type" "measured" "string filename" "NGGAL.bsdf"' pbrt/scene.pbrt
 
+# so rough that only the slope counts
+scene rough.yml 'surfaces:' '  - {name: a, sigma0_um: 16, tau_um: 160, index: Al}' \
+  '  - {name: b, sigma0_um: 24, tau_um: 240, index: Al}' '  - {name: c, sigma0_um: 0.5, tau_um: 5, index: Al}' \
+  'consumer: mitsuba-rgb' 'max_theta_i_deg: 80'
+works_loud "one slope" batch rough.yml -o rough
+check "one table" test ! -e rough/b.bsdf -a -e rough/c.bsdf
+check "measured" grep -q '"fits": true' rough/b.json
+
 # parts, and a launcher's
 for part in 1 2; do
   works_loud "part $part" batch two.yml -o parts --shard $part/2 --quiet
@@ -180,6 +197,7 @@ check "one that does not fit" grep -q 'use --shard' err
 scene twice.yml 'sweep: {index: Al, sigma0_um: [0.500001, 0.500002], tau_um: 5}' 'consumer: merl'
 
 # ---- failures ------------------------------------------------------------------------------------
+scene merl.yml 'surfaces: [NGGAL]' 'consumer: merl'
 refuses "an unwritable place" 1 'cannot make the folder' batch two.yml -o /proc/tables
 refuses "an unwritable folder" 1 '/proc/plan.json' batch two.yml -o /proc
 refuses "a value twice" 1 'first four digits' plan twice.yml
@@ -190,9 +208,15 @@ refuses "no folder" 2 '-o DIR' batch two.yml
 for consumer in hdf5 exr; do
   scene small.yml 'surfaces: [NGGAL]' "consumer: $consumer" 'max_theta_i_deg: 10' 'max_theta_r_deg: 15'
   works_loud "$consumer" batch small.yml -o "small-$consumer" --json
-  json "$consumer: what occurs" 'd["made"] == 1 and d["planned_bytes"] == 4 * 10 * 15 * 181 * (31 if "'$consumer'" == "hdf5" else 3)'
+  json "$consumer: what occurs" 'd["made"] == 1 and d["planned_bytes"] == 10 * 15 * 181 * {"hdf5": 4 * 31, "exr": 2 * 3}["'$consumer'"]'
 done
+scene coarse.yml 'surfaces: [BBQAL1]' 'consumer: hdf5' 'table_error: 0.02'
+works_loud "as few nodes as the error allows" batch coarse.yml -o coarse --json
+json "fewer" 'd["table_bytes"] < 1e7 and d["misfits"] == 0 and 0.007 < d["error_l1"] <= 0.02'
+check "and the error" /usr/bin/python3 "$scripts/../tests/batch_errors.py" "$(dirname "$program")" coarse 0.02 BBQAL1
 check "no more than that" test "$(stat -c %s small-hdf5/NGGAL.h5)" -lt 4000000
+works "MERL's own error" plan merl.yml --json
+json "that of truncating" '0.03 < d["surfaces"][0]["error_l1"] < 0.09'
 scene fixed.yml 'surfaces: [NGGAL]' 'consumer: merl' 'memory_mb: 20'
 refuses "a size that no error changes" 1 'one size.*34.99 MB.*NGGAL' plan fixed.yml
 refuses "--only of another" 2 'no such surface' batch two.yml -o made --only GGAL120
@@ -210,7 +234,6 @@ works_loud "two at one folder" batch two.yml -o both --quiet
 wait $!
 check "the other" test $? = 0
 check "both made the same" sh -c 'cmp first/BBQAL2.bsdf both/BBQAL2.bsdf && cmp first/NGGAL.bsdf both/NGGAL.bsdf'
-scene merl.yml 'surfaces: [NGGAL]' 'consumer: merl'
 OCL_ICD_VENDORS=/nonexistent "$program" batch merl.yml -o nodevice >out 2>err
 check "no device: status" test $? = 1
 check "no device: one line" grep -q '^hetab: NGGAL: .*OpenCL' err
@@ -248,7 +271,11 @@ done
 scene many.yml 'sweep: {index: Al, sigma0_um: [0.3, 0.5, 0.7], tau_um: [5, 6]}' 'consumer: mitsuba-rgb'
 "$program" batch many.yml -o many -j 2 >out 2>err &
 pid=$!
-until worker=$(awk "{print \$1}" /proc/$pid/task/$pid/children) && [ -n "$worker" ] && ls many/*.json >/dev/null 2>&1; do sleep 0.01; done
+for _ in $(seq 1000); do
+  worker=$(awk '{print $1}' /proc/$pid/task/$pid/children 2>/dev/null)
+  [ -n "$worker" ] && ls many/*.json >/dev/null 2>&1 && break
+  sleep 0.01
+done
 kill -9 $worker
 wait $pid
 check "a worker killed: status" test $? = 1

@@ -19,18 +19,19 @@ int main(int argc, char **argv) {
     return 2;
   for (int i = 1; i < argc; i++) {
     hetab_lookup *table;
-    const float wi[3] = {0.6f, 0.0f, 0.8f}, mirror[3] = {-0.6f, 0.0f, 0.8f}, u[2] = {0.5f, 0.25f};
-    float value[3], weight[3], rho_s[3], wo[3];
+    const float wi[3] = {0.6f, 0.0f, 0.8f}, mirror[3] = {-0.6f, 0.0f, 0.8f}, u[2] = {0.5f, 0.25f}, uc = 0.9f;
+    float value[3], weight[3], rho_s[3], pdf;
+    hetab_lookup_drawn drawn;
     if (hetab_lookup_open(ctx, argv[i], HETAB_LOOKUP_INTERPOLATE, &table) != HETAB_OK) {
       puts(hetab_error_message(ctx));
       return 1;
     }
     if (hetab_lookup_channel_count(table) != 3)
       return 1;
-    hetab_lookup_eval(table, wi, mirror, value);
-    hetab_lookup_specular(table, wi, rho_s);
-    float density = hetab_lookup_sample(table, wi, u, wo, weight);
-    printf("%.6g %.6g %.6g %.6g\n", (double)value[1], (double)rho_s[1], (double)density,
+    hetab_lookup_eval(table, NULL, 1, wi, mirror, value, &pdf);
+    hetab_lookup_albedo(table, NULL, 1, wi, NULL, rho_s);
+    hetab_lookup_sample(table, NULL, 1, wi, &uc, u, &drawn, weight);
+    printf("%.6g %.6g %.6g %.6g\n", (double)value[1], (double)rho_s[1], (double)drawn.pdf,
            (double)weight[1]);
     hetab_lookup_free(table);
   }

@@ -89,6 +89,18 @@ works "folded" tabulate steel.yml -o steel.bsdf --specular-cone 3 --table-error 
 check "no csv is left" [ ! -e steel.specular.csv ]
 check "it is in the table" json "d['outputs'][0]['specular']['in_table'] and d['outputs'][0]['specular']['cone_deg'] == 3"
 check "and marked" fields steel.bsdf "description jacobian phi_i theta_i ndf sigma vndf luminance specular_cone_deg rgb"
+works "conversions keep the mark" convert steel.bsdf marked.binary --json
+works "and from MERL" convert marked.binary back.bsdf --table-error 0.1 --json
+check "a folded delta is none" json "d['specular_max'] == 0"
+check "RGL is marked again" fields back.bsdf "description jacobian phi_i theta_i ndf sigma vndf luminance specular_cone_deg rgb"
+works "a folded MERL table" tabulate steel.yml -o two.binary --specular-cone 2 --samples 0
+works "and an RGL table of its name" tabulate steel.yml -o two.bsdf --table-error 0.1
+check "whose delta" [ -e two.specular.csv ]
+works "is not taken for the first one's" convert two.binary two.h5 --theta-i 0,45 --theta-r 0,45 --phi 0,180 --json
+check "which has its own" json "d['specular_max'] == 0"
+refuses "a cone below two rows of MERL" 1 "take 0.044 or more" tabulate steel.yml -o c.binary --specular-cone 0.04
+refuses "a cone below two nodes of RGL" 1 "take 0.0055 or more" tabulate steel.yml -o c.bsdf --specular-cone 0.005
+refuses "a cone for HDF5" 2 "keeps the delta apart" tabulate steel.yml -o c.h5 --specular-cone 2
 works "tiny numbers" tabulate BBQAL2 -o tiny.bsdf --table-error 0.1
 normal() { /usr/bin/python3 -c "
 import csv

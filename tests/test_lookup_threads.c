@@ -71,8 +71,9 @@ static void save_merl(hetab_context *ctx, const char *path) {
 
 /* All that a table can be asked. */
 typedef struct answers {
-  float eval[PAIRS][BANDS], batch[PAIRS][BANDS], wo[PAIRS][3], weight[PAIRS][BANDS];
-  float density[PAIRS], pdf[PAIRS], albedo[PAIRS][BANDS], specular[PAIRS][BANDS];
+  float eval[PAIRS][BANDS], batch[PAIRS][BANDS], weight[PAIRS][BANDS];
+  float pdf[PAIRS], albedo[PAIRS][BANDS], specular[PAIRS][BANDS];
+  hetab_lookup_drawn drawn[PAIRS];
 } answers;
 
 typedef struct job {
@@ -85,13 +86,12 @@ typedef struct job {
 static void *work(void *user) {
   job *j = user;
   answers *a = j->out;
-  hetab_lookup_eval_batch(j->table, PAIRS, j->wi, j->wo, a->batch[0]);
+  hetab_lookup_eval(j->table, NULL, PAIRS, j->wi[0], j->wo[0], a->batch[0], a->pdf);
   for (size_t n = 0; n < PAIRS; n++) {
-    hetab_lookup_eval(j->table, j->wi[n], j->wo[n], a->eval[n]);
-    a->density[n] = hetab_lookup_sample(j->table, j->wi[n], j->u[n], a->wo[n], a->weight[n]);
-    a->pdf[n] = hetab_lookup_pdf(j->table, j->wi[n], j->wo[n]);
-    hetab_lookup_albedo(j->table, j->wi[n], a->albedo[n]);
-    hetab_lookup_specular(j->table, j->wi[n], a->specular[n]);
+    hetab_lookup_eval(j->table, NULL, 1, j->wi[n], j->wo[n], a->eval[n], NULL);
+    hetab_lookup_sample(j->table, NULL, 1, j->wi[n], &j->u[n][0], j->u[n], &a->drawn[n],
+                        a->weight[n]);
+    hetab_lookup_albedo(j->table, NULL, 1, j->wi[n], a->albedo[n], a->specular[n]);
   }
   return NULL;
 }
@@ -163,7 +163,7 @@ static void *open_alone(void *user) {
     return NULL;
   for (int i = 0; i < 10 && hetab_lookup_open(ctx, "t.h5", HETAB_LOOKUP_NEAREST, &table) == 0;
        i++) {
-    hetab_lookup_eval(table, (float[]){0, 0, 1}, (float[]){0, 0, 1}, value);
+    hetab_lookup_eval(table, NULL, 1, (float[]){0, 0, 1}, (float[]){0, 0, 1}, value, NULL);
     *(double *)user += (double)value[0];
     hetab_lookup_free(table);
   }

@@ -41,20 +41,23 @@ static const double observer[BANDS][4] = {
 };
 
 static void spectrum_to_rgb(const double *spectrum, double rgb[3]) {
-  static const double white[3] = {1.001126, 1, 1.001599};
+  static const double white[3] = {0.950470, 1, 1.088830}; /* of D65: (1, 1, 1) */
   static const double matrix[3][3] = {{3.2404542, -1.5371385, -0.4985314},
                                       {-0.9692660, 1.8760108, 0.0415560},
                                       {0.0556434, -0.2040259, 1.0572252}};
-  double xyz[3] = {0}, sum_y = 0;
+  double xyz[3] = {0}, sum[3] = {0};
   for (int b = 0; b < BANDS; b++) {
-    sum_y += observer[b][1] * observer[b][3];
-    for (int c = 0; c < 3; c++)
+    for (int c = 0; c < 3; c++) {
+      sum[c] += observer[b][c] * observer[b][3];
       xyz[c] += white[c] * observer[b][c] * observer[b][3] * spectrum[b];
+    }
   }
   for (int c = 0; c < 3; c++) {
     rgb[c] = 0;
     for (int k = 0; k < 3; k++)
-      rgb[c] += matrix[c][k] * xyz[k] / sum_y;
+      rgb[c] += matrix[c][k] * xyz[k] / sum[k];
+    const double *m = matrix[c];
+    rgb[c] /= m[0] * white[0] + m[1] * white[1] + m[2] * white[2];
   }
 }
 
@@ -423,6 +426,8 @@ static void check_cone(hetab_context *ctx, hetab_merl_sampling sampling, double 
     error = fmax(error, relative_error(energy, rho_s));
   }
   assert_below("energy of the cone", error, TOL_CONE_ENERGY);
+  assert_true(relative_error(hetab_merl_specular_cone(with), DEG(cone)) < 1e-12);
+  assert_true(hetab_merl_specular_cone(without) == 0);
   /* outside the cone nothing has changed, inside nothing is less */
   for (size_t cell = 0; cell < CELLS; cell++) {
     double more =
@@ -450,9 +455,9 @@ static void test_refused(void **state) {
   assert_fails(*state, hetab_tabulate_merl(*state, engine, few, NULL, &merl, NULL), HETAB_ERR_RANGE,
                (const char *const[]){"400 to 700 nm", NULL});
   assert_null(merl);
-  hetab_merl_options options = {.colour = HETAB_MERL_MONO, .band_um = {0.9}};
+  hetab_merl_options options = {.colour = HETAB_MERL_MONO, .band_um = {0.09}};
   assert_fails(*state, hetab_tabulate_merl(*state, engine, al, &options, &merl, NULL),
-               HETAB_ERR_RANGE, (const char *const[]){"900", "400", "700", NULL});
+               HETAB_ERR_RANGE, (const char *const[]){"90 nm", "103.32", NULL});
   assert_null(merl);
   options = (hetab_merl_options){.colour = HETAB_MERL_BANDS, .band_um = {0.6, 0.5, 0}};
   assert_int_not_equal(hetab_tabulate_merl(*state, engine, al, &options, &merl, NULL), HETAB_OK);

@@ -209,8 +209,7 @@ class Tables(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
         path = os.path.join(cls.folder.name, "table.binary")
-        subprocess.run([os.path.join(BUILD, "hetab"), "tabulate", "GGAL240", "-o", path, "--quiet"],
-                       check=True)
+        hetab.tabulate_to(hetab.Surface("GGAL240"), path)
         cls.table = hetab.open_table(path)
 
     @classmethod
@@ -219,24 +218,27 @@ class Tables(unittest.TestCase):
 
     def test_look_ups_one_and_many(self):
         table, wi, wo = self.table, directions(500, 1), directions(500, 2)
-        u = numpy.random.default_rng(3).random((500, 2), dtype="f4")
+        uc, u = numpy.random.default_rng(3).random(500), numpy.random.default_rng(4).random((500, 2))
         self.assertIsNone(table.wavelengths_um)
-        values, density = table.eval(wi, wo), table.pdf(wi, wo)
-        drawn, drawn_density, weight = table.sample(wi, u)
-        self.assertEqual((values.shape, density.shape, drawn.shape, weight.shape),
+        values, density = table.eval(wi, wo)
+        drawn, weight = table.sample(wi, uc, u)
+        self.assertEqual((values.shape, density.shape, drawn["wo"].shape, weight.shape),
                          ((500, 3), (500,), (500, 3), (500, 3)))
         for i in (0, 17, 499):
-            numpy.testing.assert_array_equal(table.eval(wi[i], wo[i]), values[i])
-            numpy.testing.assert_array_equal(table.pdf(wi[i], wo[i]), density[i])
-        numpy.testing.assert_array_equal(table.eval(wi[0], wo),
-                                         table.eval(wi[:1].repeat(500, 0), wo))
-        kept = drawn_density > 0
-        numpy.testing.assert_allclose(table.pdf(wi, drawn)[kept], drawn_density[kept], rtol=1e-3)
+            numpy.testing.assert_array_equal(table.eval(wi[i], wo[i])[0], values[i])
+            numpy.testing.assert_array_equal(table.eval(wi[i], wo[i])[1], density[i])
+        numpy.testing.assert_array_equal(table.eval(wi[0], wo)[0],
+                                         table.eval(wi[:1].repeat(500, 0), wo)[0])
+        kept = (drawn["lobe"] == 1) | (drawn["lobe"] == 2)
+        self.assertTrue(kept.sum() > 400)
+        again, pdf = table.eval(wi, drawn["wo"])
+        numpy.testing.assert_allclose(pdf[kept], drawn["pdf"][kept], rtol=1e-3)
         numpy.testing.assert_allclose(
-            weight[kept], (table.eval(wi, drawn) * (drawn[:, 2:] / drawn_density[:, None]))[kept],
-            rtol=1e-5)
+            weight[kept], (again * (drawn["wo"][:, 2:] / drawn["pdf"][:, None]))[kept], rtol=1e-5)
         with self.assertRaises(ValueError):
             table.eval(wi[:, :2], wo)
+        with self.assertRaises(ValueError):
+            table.eval(wi, wo, lambda_um=[0.55])
 
     def test_reflectance_of_the_model(self):
         """Albedo and delta of the table against the model's own integrals, in linear sRGB green."""
@@ -244,10 +246,34 @@ class Tables(unittest.TestCase):
         surface = hetab.Surface("GGAL240")
         surface.wavelengths_um = [0.55]
         model = hetab.reflectance(surface, [0.2, 0.8, 1.2])[0]
-        albedo = self.table.albedo(wi)
+        albedo, specular = self.table.albedo(wi)
         self.assertEqual(albedo.shape, (3, 3))
         numpy.testing.assert_allclose(albedo[:, 1], model["dh"] - model["specular"], rtol=0.02)
-        numpy.testing.assert_allclose(self.table.specular(wi)[:, 1], model["specular"], atol=0.01)
+        numpy.testing.assert_allclose(specular[:, 1], model["specular"], atol=0.01)
+
+    def test_wavelengths_of_paths(self):
+        path = os.path.join(self.folder.name, "table.h5")
+        subprocess.run([os.path.join(BUILD, "hetab"), "tabulate", "NGGAL", "-o", path, "--quiet",
+                        "--wavelengths", "450,550,650", "--theta-i", "0:90:31", "--theta-r",
+                        "0:90:31", "--phi", "0:180:31"], check=True)
+        table, wi, wo = hetab.open_table(path), directions(50, 1), directions(50, 2)
+        own = table.eval(wi, wo, lambda_um=table.wavelengths_um[1:])[0]
+        numpy.testing.assert_allclose(own, table.eval(wi, wo)[0][:, 1:], rtol=1e-5)
+        paths = numpy.linspace(0.45, 0.65, 100).reshape(50, 2)
+        self.assertEqual(table.sample(wi, 0.5, directions(50, 3)[:, :2] % 1, paths)[1].shape, (50, 2))
+        albedo, specular = table.albedo(wi, paths)
+        self.assertTrue(((albedo + specular > 0.5) & (albedo + specular < 1.1)).all())
+
+    def test_a_file_is_not_lost(self):
+        path, steps = os.path.join(self.folder.name, "once.h5"), []
+        surface = hetab.Surface(sigma0_um=0.3, tau_um=3, index="Al", wavelengths_nm=[550])
+        for overwrite in (False, True):
+            hetab.tabulate_to(surface, path, overwrite=overwrite,
+                              progress=lambda done, total: steps.append(done / total))
+        self.assertEqual(steps[-1], 1.0)
+        self.assertEqual(hetab.open_table(path).channels, 1)
+        with self.assertRaisesRegex(hetab.Error, "once.h5"):
+            hetab.tabulate_to(surface, path)
 
     def test_what_is_no_table(self):
         with self.assertRaises(hetab.Error) as raised:
@@ -298,6 +324,15 @@ class Laboratory(unittest.TestCase):
         self.assertEqual(found.energy.shape, (1, len(found.theta_i)))
         self.assertLessEqual({c.verdict for c in found.checks}, {"pass"})
         self.assertLess(found.energy["dh"].max(), 1)
+
+
+class Example(unittest.TestCase):
+    def test_it_draws(self):
+        with tempfile.TemporaryDirectory() as folder:
+            subprocess.run([sys.executable, "src/python/example.py", folder], check=True,
+                           env={**os.environ, "PYTHONPATH": "src/python"},
+                           stdout=subprocess.DEVNULL)
+            self.assertGreater(os.path.getsize(os.path.join(folder, "python.png")), 50_000)
 
 
 class Wheel(unittest.TestCase):

@@ -66,7 +66,8 @@ static void test_presets(void **state) {
     assert_int_equal(hetab_surface_band_count(surface), 31);
     const hetab_band *bands = hetab_surface_bands(surface);
     assert_true(bands[0].lambda_um == 0.4 && bands[15].lambda_um == 0.55);
-    assert_true(bands[30].lambda_um == 0.7 && bands[30].n == 1.92139 && bands[30].k == 8.14197);
+    assert_true(bands[30].lambda_um == 0.7);
+    assert_true(fabs(bands[30].n - 1.92139) < 1e-5 && fabs(bands[30].k - 8.14197) < 1e-5);
     assert_true(bands[7].diffuse_brdf == 0);
     char *text = assert_round_trip(fixture, surface);
     assert_non_null(strstr(text, "wavelengths_nm: 400:700:10\n"));
@@ -164,12 +165,12 @@ static void test_index_file(void **state) {
 
 static void test_extrapolation(void **state) {
   text_fixture *fixture = *state;
-#define INFRARED "sigma0_um: 1\ntau_um: 2\nindex: Al\nwavelengths_nm: [700, 1000]\n"
+#define INFRARED "sigma0_um: 1\ntau_um: 2\nindex: Au\nwavelengths_nm: [700, 3000]\n"
   fails(fixture, write_text_file(fixture, "s.yml", INFRARED),
-        (const char *const[]){"s.yml:4", "key wavelengths_nm", "1000 nm", "400 to 700 nm",
+        (const char *const[]){"s.yml:4", "key wavelengths_nm", "3000 nm", "187.9 to 1937 nm",
                               "extrapolate_index: true", NULL});
   hetab_surface *surface = load(fixture, INFRARED "extrapolate_index: true\n");
-  assert_true(hetab_surface_bands(surface)[1].n == 1.92139);
+  assert_true(hetab_surface_bands(surface)[1].n == 0.92);
   char *text = assert_round_trip(fixture, surface);
   assert_non_null(strstr(text, "extrapolate_index: true"));
   free(text);
@@ -332,7 +333,7 @@ static void test_create_refused(void **state) {
 
 static void test_set_wavelengths_refused(void **state) {
   text_fixture *fixture = *state;
-  const double infrared = 1, descending[] = {0.6, 0.5};
+  const double infrared = 250, descending[] = {0.6, 0.5};
   hetab_surface *surface;
   assert_int_equal(hetab_surface_preset(fixture->ctx, "NGGAL", &surface), HETAB_OK);
   assert_int_equal(hetab_surface_set_wavelengths(fixture->ctx, surface, &infrared, 1),
@@ -460,7 +461,7 @@ static void test_bad_files(void **state) {
       {ROUGH "index: {file: [a]}\n", {"s.yml:3", "key file", "a list"}},
       {ROUGH "index: {file: no.csv}\n", {"s.yml:3", "key file", "/no.csv", "No such file"}},
       {ROUGH "index: {file: .}\n", {"s.yml:3", "key file", "directory"}},
-      {ROUGH "index: {file: bad.csv}\n", {"bad.csv:2", "column 'n'"}},
+      {ROUGH "index: {file: bad.csv}\n", {"bad.csv:2", "n = -1"}},
       {METAL "diffuse_brdf: 0\ndiffuse_reflectance: 0\n", {"s.yml:4", "key diffuse_brdf", "keep"}},
       {METAL "diffuse_brdf: -1\n", {"s.yml:4", "key diffuse_brdf", "-1"}},
       {METAL "diffuse_reflectance: 20\n", {"s.yml:4", "key diffuse_reflectance", "0 to 1"}},
@@ -477,7 +478,7 @@ static void test_bad_files(void **state) {
       {METAL "wavelengths_nm: [0]\n", {"s.yml:4", "key wavelengths_nm", "0 nm"}},
       {METAL "wavelengths_nm: {a: 1}\n", {"s.yml:4", "key wavelengths_nm", "a mapping"}},
       {METAL "wavelengths_nm: 500\nwavelengths_um: 0.5\n", {"s.yml:5", "key wavelengths_um"}},
-      {METAL "wavelengths_um: 500\n", {"s.yml:4", "key wavelengths_um", "400 to 700 nm"}},
+      {METAL "wavelengths_um: 500\n", {"s.yml:4", "key wavelengths_um", "to 200000 nm"}},
       {METAL "---\n" METAL, {"s.yml:5", "second YAML document"}},
   };
   text_fixture *fixture = *state;

@@ -89,7 +89,7 @@ static void lobes(void **state) {
     close_view(&s);
   }
   print_message("lobes: largest relative error %.1e\n", worst);
-  assert_true(worst < 1e-4); /* float: measured 2.5e-5 */
+  assert_true(worst < 5e-5); /* float: measured 4.5e-5 */
 }
 
 static int ascending(const void *a, const void *b) {
@@ -133,7 +133,7 @@ static void maps(void **state) {
                       errors[count * 99 / 100], errors[count - 1], count);
       /* measured 8e-3 and 0.22, both of sigma0 0.02, tau 3 at 80; beyond 80 degrees values fall by
        * decades in a few degrees */
-      assert_true(!count || (errors[count / 2] < 0.01 && errors[count * 99 / 100] < 0.3));
+      assert_true(!count || (errors[count / 2] < 0.009 && errors[count * 99 / 100] < 0.25));
       free(errors);
     }
     close_view(&s);
@@ -207,7 +207,7 @@ static void lambertian(void **state) {
       worst = fmax(worst, fabs((double)image[p][1] / expected - 1));
   }
   print_message("a Lambertian sphere: largest relative error %.1e\n", worst);
-  assert_true(worst < 0.02); /* measured 0.013 */
+  assert_true(worst < 0.014); /* measured 0.013 */
 }
 
 /* The dome's radiance in the mirror direction, and the lamps' where that meets them. */
@@ -262,7 +262,7 @@ static void needle(void **state) {
     compared++;
   }
   print_message("a needle under the dome: largest relative error %.1e of %zu\n", worst, compared);
-  assert_true(compared > 10 && worst < 0.01); /* measured 3e-3 */
+  assert_true(compared > 10 && worst < 4e-3); /* measured 3.6e-3 */
   close_view(&s);
 }
 

@@ -59,8 +59,8 @@
 /* --- Functions of the kernels, double: against 50 digits and device against host --- */
 /* measured 7.0e-15; l - ln(w) rounds with |l| <= 80 */
 #define TOL_LAMBERT_DOUBLE 1e-14
-/* measured 1.8e-12; n = 1.0001 as a double, whose reflectance is (n - 1)^2; else 1e-15 */
-#define TOL_FRESNEL_DOUBLE 1e-11
+/* measured 5.1e-16 */
+#define TOL_FRESNEL_DOUBLE 1e-12
 /* measured 2.0e-15 */
 #define TOL_FRESNEL_DEVICE 1e-14
 /* measured 4.1e-16 */
@@ -82,7 +82,7 @@
 /* measured 8.1e-7 */
 #define TOL_LAMBERT_FLOAT 1e-6
 /* measured 7.1e-7; n >= 1.2 or a metal; 1.5e-3 at n = 1.0001, see test_golden */
-#define TOL_FRESNEL_FLOAT 3e-6
+#define TOL_FRESNEL_FLOAT 2e-6
 /* measured 2.8e-7 */
 #define TOL_SHADOW_FLOAT 1e-6
 /* measured 2.4e-6; erfc; relative to the larger of K and 1e-6 */
@@ -126,12 +126,12 @@
 #define TOL_CANCEL_SECONDS 5
 
 /* --- Hemispherical reflectances --- */
-/* measured 1.9e-7 against golden/reflectance.csv; the float kernel's rounding, averaged */
-#define TOL_REFLECTANCE_FLOAT 1e-5
-/* measured 3.0e-9, as good as the file says of itself */
-#define TOL_REFLECTANCE_DOUBLE 1e-7
-/* measured 1.1e-13 */
-#define TOL_REFLECTANCE_SPECULAR 1e-11
+/* measured 2.0e-7 against golden/reflectance.csv; the float kernel's rounding, averaged */
+#define TOL_REFLECTANCE_FLOAT 3e-7
+/* measured 2.4e-12 */
+#define TOL_REFLECTANCE_DOUBLE 1e-11
+/* measured 1.4e-13 */
+#define TOL_REFLECTANCE_SPECULAR 1e-12
 /* measured 3.5e-7; the brute-force sum's own error */
 #define TOL_REFLECTANCE_BRUTE 1e-6
 /* measured 1.3e-7; likewise */
@@ -143,27 +143,33 @@
 /* measured 1.3e-13; |q_i + q_r|^2 from the directions, where a needle's lobe is 1e-3 wide */
 #define TOL_SAMPLER_DENSITY 1e-10
 /* measured 8.1e-8; ln h by cubics between 640 knots, down to e^-90 */
-#define TOL_SAMPLER_LOBE 2e-7
+#define TOL_SAMPLER_LOBE 1e-7
 /* measured 3.6e-9; the nodes of the integral over m, down to e^-25 */
 #define TOL_SAMPLER_TERMS 1e-8
 
 /* --- Look-ups --- */
 /* measured 2.4e-3 (NGGAL, HDF5, 75 degrees), else 1.3e-3; relative L1 over directions weighed with
  * their cosine, against the model, up to 75 degrees */
-#define TOL_LOOKUP_L1 3e-3
+#define TOL_LOOKUP_L1 2.5e-3
 /* measured 4.8e-3; the same at 80 and 85 degrees, where shadowing sets in within a cell */
-#define TOL_LOOKUP_L1_GRAZING 8e-3
-/* measured 3.0e-3 (needle), else 1e-3; of albedos, interpolated between 48 incidences */
-#define TOL_LOOKUP_ALBEDO 5e-3
+#define TOL_LOOKUP_L1_GRAZING 5e-3
+/* measured 4.6e-3 up to 75 degrees, 1.15e-2 beyond; the same at slope 1, whose lobe fills the
+ * hemisphere */
+#define TOL_LOOKUP_STEEP 5e-3
+#define TOL_LOOKUP_STEEP_GRAZING 1.2e-2
+/* measured 9.4e-4; of albedos, interpolated between 48 incidences */
+#define TOL_LOOKUP_ALBEDO 1e-3
+/* measured 3.0e-3; of the needle as a MERL table */
+#define TOL_LOOKUP_ALBEDO_NEEDLE_MERL 4e-3
 /* measured 9.9e-3; a lobe of 0.2 degrees among nodes that are 1 degree apart changes between
  * them */
-#define TOL_LOOKUP_ALBEDO_NEEDLE 2e-2
+#define TOL_LOOKUP_ALBEDO_NEEDLE_H5 1e-2
 /* measured 0; how much worse than exact centres; float rounding of cells */
 #define TOL_LOOKUP_CENTRES 1e-3
 /* measured 5.2e-3; up to 87 degrees; relative to the larger of rho_s and 1e-6 */
-#define TOL_LOOKUP_SPECULAR 1e-2
-/* measured 5e-5; share of samples: the test's integral of a density with steps */
-#define TOL_LOOKUP_LOST 5e-4
+#define TOL_LOOKUP_SPECULAR 6e-3
+/* measured 1.1e-4; share of samples: the test's integral of a density with steps */
+#define TOL_LOOKUP_LOST 2e-4
 
 /* --- Conversions --- */
 /* measured 0.016 (RGL), 0.012 (HDF5, MERL); 5 % of noise, 3 % dead cells, nothing beyond 84 degrees
@@ -173,12 +179,14 @@
 #define TOL_CONVERT_MEASURED_BIAS 0.01
 
 /* --- Fits of synthetic measurements, 2 % noise --- */
-/* measured 6.7e-3 (constrained), 4.9e-3; of the slope, relative */
-#define TOL_FIT_SLOPE 0.02
+/* measured 4.9e-3; of the slope, relative */
+#define TOL_FIT_SLOPE 5e-3
+/* measured 6.7e-3; likewise, under the constraint */
+#define TOL_FIT_SLOPE_CONSTRAINED 7e-3
 /* measured 6.0e-3 (NGGAL, energy weights); of `a`, a reflectance */
-#define TOL_FIT_DIFFUSE 0.02
+#define TOL_FIT_DIFFUSE 6e-3
 /* measured 8.8e-9; between starts: SLSQP's steps end there */
-#define TOL_FIT_STARTS 1e-6
+#define TOL_FIT_STARTS 1e-8
 /* measured 1.8e-9; without noise, double: the optimisers' own tolerance */
 #define TOL_FIT_EXACT_DOUBLE 1e-6
 /* measured 2.1e-5; without noise, float: the objective's minimum is as flat as its rounding */
@@ -190,21 +198,23 @@
 /* measured 5.0e-11, a cut-off away from the ends */
 #define TOL_TRANSMISSION 1e-6
 /* measured 0.64 %; of averages over 9 scans of 4000 points, 200 trials each */
-#define TOL_SCAN_BIAS 0.02
+#define TOL_SCAN_BIAS 0.01
 /* measured 3.4 % (BBQAL2, sigma): 9 scans hold some 700 independent heights */
-#define TOL_SCAN_SPREAD 0.04
-/* measured 0.955, one scan alone 0.925; of intervals that say 95 % */
-#define TOL_SCAN_COVER 0.9
+#define TOL_SCAN_SPREAD 0.035
+/* measured 0.955; of intervals that say 95 % */
+#define TOL_SCAN_COVER 0.95
+/* measured 0.925; of one scan alone */
+#define TOL_SCAN_COVER_ONE 0.92
 /* measured 0.13 over 200 trials each */
-#define TOL_CUTOFF 0.3
+#define TOL_CUTOFF 0.13
 
 /* --- RGL tables --- */
 /* measured 1.7e-6; two float evaluations of one rule */
-#define TOL_RGL_MITSUBA 2e-5
+#define TOL_RGL_MITSUBA 2e-6
 /* measured 1.2e-4, of samples; of given directions 9.0e-7 */
-#define TOL_RGL_MITSUBA_PDF 1e-3
+#define TOL_RGL_MITSUBA_PDF 2e-4
 /* measured 3.5e-5; Mitsuba's root of the quadratic cancels */
-#define TOL_RGL_MITSUBA_SAMPLE 3e-4
+#define TOL_RGL_MITSUBA_SAMPLE 4e-5
 /* measured 2.1; standard deviations of a chi-square */
 #define TOL_RGL_CHI_SQUARE 4
 /* measured 0.0084 and 0.0030; what tables are asked for: 1 % and a third of it */
@@ -213,9 +223,9 @@
 /* measured 0.0025; a lobe of 2 degrees, 0 to 85 degrees */
 #define TOL_RGL_FOLDED 0.01
 /* measured 1.1e-5; float, and the universal table of h once more interpolated */
-#define TOL_RGL_SOURCE_L1 5e-5
+#define TOL_RGL_SOURCE_L1 2e-5
 /* measured 2.1e-3; f >= 1e-3 / sr, of lobes whose top is up to 1e5 */
-#define TOL_RGL_SOURCE 5e-3
+#define TOL_RGL_SOURCE 3e-3
 /* measured 1.0e-5; what is read is normalised again; f >= 1e-3 / sr */
 #define TOL_RGL_FILE 1e-4
 

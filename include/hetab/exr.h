@@ -52,7 +52,10 @@ typedef struct hetab_exr_options {
   hetab_method method;   /* how they are made, for the attributes */
   double tolerance;
   const char *device; /* NULL: "" */
-  int overwrite;      /* 0: an existing file is HETAB_ERR_EXISTS */
+  /* > 0: the slabs hold the delta as a lobe of half vectors within that angle of the normal
+   * (radians): every part says so as specular_cone_deg (double). */
+  double specular_cone;
+  int overwrite; /* 0: an existing file is HETAB_ERR_EXISTS */
 } hetab_exr_options;
 
 /* As hetab_h5_create(). HETAB_ERR_RANGE where colour is asked of too few wavelengths, for more than

@@ -15,7 +15,8 @@ typedef struct hetab_index hetab_index;
 /* The same n and k at every wavelength. n > 0, k >= 0, finite. */
 hetab_status hetab_index_constant(hetab_context *ctx, double n, double k, hetab_index **out);
 
-/* A built-in metal, by symbol ("Al", "stainless"); 0.4-0.7 um, linear between 10 nm nodes. */
+/* A built-in metal, by symbol ("Al", "stainless"); over the
+ * range of its source, about 0.2 to 2 um or more, linear between its rows. */
 hetab_status hetab_index_metal(hetab_context *ctx, const char *symbol, hetab_index **out);
 
 /* A file: refractiveindex.info YAML (.yml, .yaml: tabulated nk / n / k, formulas 1-9), or CSV of

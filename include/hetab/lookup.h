@@ -4,7 +4,8 @@
  *
  * Directions are unit vectors away from the surface, in a frame whose z axis is the normal:
  * theta = acos(z), phi = azimuth(wo) - azimuth(wi). Values are BRDFs in 1/sr, without a cosine, one
- * for each channel of the table: dd + ud. The specular delta is apart: hetab_lookup_specular().
+ * for each channel of the table, or at wavelengths of the caller's: dd + ud. The specular delta is
+ * no value: hetab_lookup_sample() draws it, hetab_lookup_albedo() tells its weight.
  *
  * Thread safety: once open, a table is read-only: every function that takes a const hetab_lookup *
  * may be called from any number of threads at once (`make tsan`). None of them allocates or can
@@ -19,20 +20,15 @@
  * cells are taken as samples of their centres, what `hetab tabulate` stores unless told otherwise.
  *
  * Relative L1 error against the model, %, over directions weighed with their cosine, worst of the
- * report's five surfaces; measured by tests/test_lookup.c, default grids (90 x 90 x 181 nodes,
- * MERL):
+ * report's five surfaces, and of slope 1 (sigma0 = tau = 2 um); measured by tests/test_lookup.c,
+ * which fails above 0.25 to 75 degrees and 0.5 beyond, at slope 1 above 0.5 and 1.2; default grids
+ * (90 x 90 x 181 nodes, MERL):
  *
  *   theta_i                      0     15    30    45    60    75    80    85 deg
- *   MERL, sRGB                   0.04  0.07  0.07  0.10  0.09  0.13  0.28  0.48
- *   HDF5                         0.05  0.07  0.07  0.10  0.13  0.24  0.27  0.48
- *
- * What else was tried, NGGAL (the narrowest lobe) at 0, 30, 60, 75, 85 degrees:
- *   the lattice, as it is        0.05  0.07  0.09  0.11  0.20  (MERL)
- *   linear in f in place of ln f 0.46  0.49  0.45  0.33  0.53
- *   ln f over sqrt(theta_h)      0.18  0.17  0.15  0.19  0.13
- *   MERL's cells, linear in f    0.44  0.51  0.45  0.45  0.72
- *   HDF5's nodes, linear in f    0.90  1.38  2.51  3.57  4.49
- *   HDF5's nodes, linear in ln f 0.48  1.48  2.95  3.67  4.63
+ *   MERL, sRGB                   0.04  0.05  0.06  0.08  0.07  0.12  0.25  0.42
+ *   HDF5                         0.04  0.05  0.06  0.08  0.12  0.23  0.24  0.41
+ *   slope 1, MERL                0.13  0.10  0.05  0.17  0.16  0.44  0.72  0.90
+ *   slope 1, HDF5                0.13  0.11  0.05  0.22  0.17  0.46  0.76  1.15
  *
  * Limits: values below 2^-46 of the largest are 0. A lobe narrower than the file's own spacing is
  * not brought back: give HDF5 tables of such surfaces closer angles.
@@ -74,47 +70,60 @@ const double *hetab_lookup_wavelengths_um(const hetab_lookup *table);
 /* How many numbers of a .bsdf were a little below 0 and became 0 (see hetab_rgl_load()). */
 size_t hetab_lookup_negative(const hetab_lookup *table);
 
-/* value[channels]; all 0 if either direction is not above the horizon. */
-void hetab_lookup_eval(const hetab_lookup *table, const float wi[3], const float wo[3],
-                       float *value);
-/* value[count][channels] for wi[count], wo[count]. */
-void hetab_lookup_eval_batch(const hetab_lookup *table, size_t count, const float (*wi)[3],
-                             const float (*wo)[3], float *value);
+/* What a call is about; NULL: every channel of the table, and all of the BSDF. */
+typedef struct hetab_lookup_query {
+  /* [count of the call][lambda_count], um: each path's own wavelengths, of which alone values are
+   * formed, linear between the table's own and held beyond them. NULL: all channels, the only
+   * choice with linear sRGB: a table without wavelengths answers 0. */
+  const float *lambda_um;
+  size_t lambda_count;
+  int without_delta; /* nothing is drawn from it, and densities are of the rest */
+} hetab_lookup_query;
 
-/* A direction wo for wi from u[2] in [0, 1): returns its density in 1/sr (0: no sample), and
- * weight[channels] = f cos(theta_o) / density.
+/* Directions and results of a call are arrays of `count`: 1, or a batch. Rows of values hold
+ * lambda_count numbers, or the table's channels. */
+
+/* value[count][...]: the BRDF of wi[count][3], wo[count][3]; 0 if either is not above the horizon.
+ * pdf[count]: the density with which hetab_lookup_sample() returns wo, 1/sr. NULL: not wanted. */
+void hetab_lookup_eval(const hetab_lookup *table, const hetab_lookup_query *query, size_t count,
+                       const float *wi, const float *wo, float *value, float *pdf);
+
+typedef enum hetab_lookup_lobe {
+  HETAB_LOOKUP_NONE,     /* no sample: its weight is 0 */
+  HETAB_LOOKUP_DIFFUSE,  /* of the table, drawn from the cosine */
+  HETAB_LOOKUP_GLOSSY,   /* of the table, drawn from its lobe */
+  HETAB_LOOKUP_SPECULAR, /* the delta: wo is the mirror direction, pdf a probability */
+} hetab_lookup_lobe;
+
+typedef struct hetab_lookup_drawn {
+  float wo[3];
+  float pdf; /* 1/sr, that of hetab_lookup_eval(): the choice of the lobe is in it */
+  hetab_lookup_lobe lobe;
+} hetab_lookup_drawn;
+
+/* The whole BSDF: uc[count] in [0, 1) chooses the lobe, u[count][2] in [0, 1) the direction.
+ * weight[count][...] = f cos(theta_o) / pdf, of the delta rho_s / pdf: its mean is all that is
+ * reflected. The delta is drawn with its share of that, summed over the table's channels.
  * Of HDF5 and MERL tables: by half vectors, from a density tabulated over them at 48 incidences
  * when the table is opened; a tenth is drawn from the cosine, which bounds weights. Chi-square
  * tests pass at 10^6 samples on the report's five surfaces and a needle (sigma0 0.05 um, tau 60
  * um), 0 to 85 degrees; the mean weight is the albedo within 3 standard errors; the weights'
  * relative standard deviation is 0.13 to 0.35, 0.46 for the needle; at most 0.02 % of samples fail
  * (tests/test_lookup.c). */
-float hetab_lookup_sample(const hetab_lookup *table, const float wi[3], const float u[2],
-                          float wo[3], float *weight);
-void hetab_lookup_sample_batch(const hetab_lookup *table, size_t count, const float (*wi)[3],
-                               const float (*u)[2], float (*wo)[3], float *density, float *weight);
-/* The density with which hetab_lookup_sample() returns wo, 1/sr. */
-float hetab_lookup_pdf(const hetab_lookup *table, const float wi[3], const float wo[3]);
+void hetab_lookup_sample(const hetab_lookup *table, const hetab_lookup_query *query, size_t count,
+                         const float *wi, const float *uc, const float *u,
+                         hetab_lookup_drawn *drawn, float *weight);
 
-/* value[channels]: the directional-hemispherical reflectance of what eval returns, interpolated
- * between 48 incidences: within 0.1 % on the report's five surfaces, 0.3 % on the needle as a MERL
- * table, 1 % on the needle in HDF5's default grid, which does not resolve it. */
-void hetab_lookup_albedo(const hetab_lookup *table, const float wi[3], float *value);
-
-/* value[channels]: rho_s, the weight of the delta in the mirror direction (-x, -y, z of wi). From
- * /specular_reflectance of an HDF5 table; from NAME.specular.csv beside NAME.binary or NAME.bsdf,
- * in linear sRGB where the table is; 0 where there is no such file. Between the file's angles ln
- * rho_s is linear in cos^2: within 0.6 % up to 87 degrees for whole degrees (tests/test_lookup.c).
- * A MERL table made with --specular-cone holds the delta as a lobe: do not add it again. */
-void hetab_lookup_specular(const hetab_lookup *table, const float wi[3], float *value);
-
-/* The same for wi[count], wo[count]: density[count], value[count][channels]. */
-void hetab_lookup_pdf_batch(const hetab_lookup *table, size_t count, const float (*wi)[3],
-                            const float (*wo)[3], float *density);
-void hetab_lookup_albedo_batch(const hetab_lookup *table, size_t count, const float (*wi)[3],
-                               float *value);
-void hetab_lookup_specular_batch(const hetab_lookup *table, size_t count, const float (*wi)[3],
-                                 float *value);
+/* albedo[count][...]: the directional-hemispherical reflectance of what eval returns, interpolated
+ * between 48 incidences: within 0.1 % on the report's five surfaces, 0.4 % on the needle as a MERL
+ * table, 1 % on the needle in HDF5's default grid, which does not resolve it.
+ * specular[count][...]: rho_s, the weight of the delta in the mirror direction (-x, -y, z of wi).
+ * From /specular_reflectance of an HDF5 table; from NAME.specular.csv beside NAME.binary or
+ * NAME.bsdf, in linear sRGB where the table is; 0 where there is no such file, or the delta is in
+ * the table as a lobe. Between the file's angles ln rho_s is linear in cos^2: within 0.6 % up to 87
+ * degrees for whole degrees (tests/test_lookup.c). Either may be NULL. */
+void hetab_lookup_albedo(const hetab_lookup *table, const hetab_lookup_query *query, size_t count,
+                         const float *wi, float *albedo, float *specular);
 
 #ifdef __cplusplus
 }

@@ -3,7 +3,9 @@
  * File: int32 dims[3] = {90, 90, 180}, then three planes of doubles, red first, each
  * [theta_h][theta_d][phi_d], phi_d fastest, little-endian. Stored = value / scale with scale
  * 1/1500, 1.15/1500, 1.66/1500. theta_h = (i/90)^2 90 deg, theta_d = j deg, phi_d = k deg at the
- * cells' lower corners. Cells below the horizon hold -1 in all three channels, and no others. */
+ * cells' lower corners. Cells below the horizon hold -1 in all three channels, and no others; but
+ * of a table that holds the specular delta as a lobe, the last cell's blue number, below the
+ * horizon too, is -1 less the lobe's width in degrees. */
 #ifndef HETAB_MERL_H
 #define HETAB_MERL_H
 
@@ -32,6 +34,11 @@ void hetab_merl_free(hetab_merl *merl);
 /* BRDF in 1/sr, unscaled: [HETAB_MERL_CELLS] of channel 0 (red), 1, 2; -1 below the horizon. */
 double *hetab_merl_channel(hetab_merl *merl, int channel);
 const double *hetab_merl_channel_const(const hetab_merl *merl, int channel);
+
+/* 0: the specular delta is not in the cells; else the width of the lobe (theta_h, radians) that it
+ * is in them as. */
+double hetab_merl_specular_cone(const hetab_merl *merl);
+void hetab_merl_set_specular_cone(hetab_merl *merl, double cone);
 
 /* Write whole or not at all. HETAB_ERR_EXISTS if path exists and overwrite == 0. */
 hetab_status hetab_merl_save(hetab_context *ctx, const hetab_merl *merl, const char *path,

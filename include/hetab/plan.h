@@ -82,9 +82,12 @@ typedef struct hetab_plan_item {
   size_t wavelengths;               /* in the table: 3 for linear sRGB */
   double wavelength_error;          /* relative L1 of reading between them: a part of error_l1 */
   size_t theta_i_count, resolution; /* RGL */
+  double spacing_deg;               /* HDF5 and OpenEXR: of the grid's nodes */
   size_t bytes;                     /* of the table's file; .bsdf and MERL exactly */
   double seconds;                   /* of one core */
-  double error_l1; /* expected; 0: not known before the table is there (dense tables) */
+  /* Expected; of MERL for a reader that truncates, of HDF5 and OpenEXR for one that is linear
+   * between the nodes, which stand 1 to 5 degrees apart: never closer, whatever was asked for. */
+  double error_l1;
 } hetab_plan_item;
 
 typedef struct hetab_plan {

@@ -70,7 +70,7 @@ typedef struct hetab_rgl_report {
  * wavelengths from 400 to 700 nm in steps of at most 10 nm (HETAB_ERR_RANGE).
  *
  * Made on the host, on all cores; needs no device. Values are within 1e-4, relative L1, of the
- * series in double, compared for every surface (1.1e-5 for the presets). 0.2 to 0.3 s of one core's
+ * series in double, compared for every surface (2e-5 for the presets). 0.2 to 0.3 s of one core's
  * time at 1 %.
  * Error: the presets at the default, against the literal equations at other directions: L1 <= 1 %,
  * bias <= 0.33 %, 0.6 to 0.9 MB (tests/test_rgl.c). A needle (sigma0 0.05, tau 60 um) and a

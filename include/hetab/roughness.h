@@ -136,8 +136,8 @@ typedef struct hetab_scan_statistics {
 
 /* Over scans. deviation: divisor n - 1, NaN of one scan. error: the larger of what the scatter of
  * the scans and what their own errors say; low, high: 95 % interval of the mean, from the larger
- * likewise (Student's t for the scatter). Neighbouring rows of a map are no independent scans: they
- * count as map width / (1.25 tau). */
+ * likewise (Student's t for the scatter); of sigma, tau and the slopes in the logarithm, above 0.
+ * Neighbouring rows of a map are no independent scans: they count as map width / (1.25 tau). */
 typedef struct hetab_average {
   size_t count; /* of scans with a finite value */
   double mean, deviation, error, low, high;

@@ -46,7 +46,8 @@ typedef struct hetab_merl_options {
   hetab_merl_sampling sampling;
   hetab_merl_colour colour;
   double band_um[3];    /* MONO: the first; BANDS: R, G, B */
-  double specular_cone; /* > 0: fold the specular delta in as a lobe that wide (theta_h) */
+  double specular_cone; /* > 0: fold the specular delta in as a lobe that wide (theta_h); two rows
+                           of cells, 0.044 degrees, or more */
   size_t samples;       /* cells compared with the literal reference; 0: 500 */
   unsigned seed;
 } hetab_merl_options;

@@ -9,9 +9,7 @@
 #include <string.h>
 
 #include "core/option_size.h"
-
-/* Below this, 1/sr, relative differences are the arithmetic's noise (design, section 6). */
-static const double floor_per_sr = 1e-9;
+#include "engine/sample.h"
 
 static double or_default(double value, double otherwise) {
   return value > 0 ? value : otherwise;
@@ -190,7 +188,7 @@ void hetab_check_fresnel(hetab_audit *audit, double max_excess) {
 
 void hetab_symmetry_add(hetab_symmetry *s, double sums[2], double a, double b, int *is_worst) {
   double difference = fabs(a - b), larger = fmax(fabs(a), fabs(b));
-  double relative = larger >= floor_per_sr ? difference / larger : 0;
+  double relative = larger >= HETAB_FLOOR_PER_SR ? difference / larger : 0;
   s->compared++;
   s->mean_abs += difference;
   s->mean_rel += relative;

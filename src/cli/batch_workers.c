@@ -124,7 +124,9 @@ static void reap(crew *c) {
 static void log_result(const char *name, const hetab_plan_item *item, const batch_slot *slot) {
   const hetab_batch_result *r = &slot->result;
   fprintf(stderr, "%s: %s", name, atomic_load(&slot->state) == BATCH_MADE ? "made" : "was there");
-  if (item->kind == HETAB_PLAN_TABLE)
+  if (item->kind == HETAB_PLAN_SHARED && !(r->table_bytes > 0.0))
+    fprintf(stderr, ", with another's table, error %.2g %%", 100.0 * r->error_l1);
+  if (r->table_bytes > 0.0)
     fprintf(stderr, ", %.3f MB (%.3f expected), error %.2g %% (%.2g), %.2f s (%.2f)",
             1e-6 * r->table_bytes, 1e-6 * (double)item->bytes, 100.0 * r->error_l1,
             100.0 * item->error_l1, r->seconds, item->seconds);

@@ -98,6 +98,7 @@ const cli_command cli_plan = {
         "diffuse, "
         "delta_share, energy_left_out, plain (alpha, and errors of Beckmann's conductor by "
         "incidence as far as they were asked for), table_of, wavelengths, wavelength_error (a part "
-        "of error_l1), theta_i, resolution, bytes, seconds, error_l1; null where it is not known.",
+        "of error_l1), theta_i, resolution, spacing_deg, bytes, seconds, error_l1; null where it "
+        "is not known.",
     .run = run,
 };

@@ -300,7 +300,8 @@ static int run(const cli_command *self, int argc, char **argv) {
        "misfit_exponential, lag_step_um, correlation, histogram, scans: [{scan, points, length_um, "
        "sigma_um ...: {value, error}, independent ...}]}, cutoff_scan: {trials: [{cutoff_um, "
        "sigma_um, tau_um, slope, smooth}], sigma_um, tau_um, misfit, from_fit}, curvature_um, "
-       "notes}; with --rows {version, tables: [{name, rows, columns: [{name, average, deviation, "
+       "notes, split: {levelled_um, line_um} of the first scan}; with --rows {version, tables: "
+       "[{name, rows, columns: [{name, average, deviation, "
        "non_uniformity}]}], checks: [{table, against, row, column, stated, value, low, high, "
        "verdict}]}",
        &r.json, 0, 0},

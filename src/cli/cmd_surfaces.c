@@ -167,7 +167,7 @@ static int print_stand_in(const char *name, int distribution, int json) {
 
 /* ---- one metal ----------------------------------------------------------------------------- */
 
-enum { METAL_FIRST_NM = 400, METAL_LAST_NM = 700, METAL_STEP_NM = 10 }; /* the data's nodes */
+enum { METAL_FIRST_NM = 400, METAL_LAST_NM = 700, METAL_STEP_NM = 10 }; /* as the surfaces' */
 
 static int print_metal_values(hetab_context *ctx, const hetab_index *index, json_t *values) {
   for (int nm = METAL_FIRST_NM; nm <= METAL_LAST_NM; nm += METAL_STEP_NM) {

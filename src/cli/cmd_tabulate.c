@@ -50,8 +50,13 @@ static int plan_bands(const cli_command *self, tabulate_job *job) {
     return cli_usage(self, "--bands: '%s' is neither rgb nor spectral", r->bands);
   if (words && !spectral && r->exr_parts == HETAB_EXR_BY_WAVELENGTH)
     return cli_usage(self, "--exr-parts wavelength holds no colour: take --bands spectral");
+  if (r->cone_deg > 0.0 && !has_format(job, HETAB_FORMAT_RGL) &&
+      !has_format(job, HETAB_FORMAT_EXR) && !has_format(job, HETAB_FORMAT_MERL))
+    return cli_usage(self, "--specular-cone is for .binary, .bsdf and .exr outputs, and there is "
+                           "none: an .h5 keeps the delta apart");
   job->rgl.table_error = r->table_error;
   job->rgl.specular_cone = hetab_radians(r->cone_deg);
+  job->exr.specular_cone = job->rgl.specular_cone;
   job->exr.parts = (hetab_exr_parts)r->exr_parts;
   job->exr.element = (hetab_exr_element)r->exr_type;
   job->rgl.bands = spectral ? HETAB_RGL_SPECTRAL : HETAB_RGL_RGB;
@@ -72,21 +77,20 @@ static int plan_merl(const cli_command *self, tabulate_job *job) {
                             .specular_cone = hetab_radians(r->cone_deg),
                             .samples = sample_count(r),
                             .seed = (unsigned)r->seed};
-  static const size_t needed[] = {
-      [HETAB_MERL_SRGB] = 0, [HETAB_MERL_MONO] = 1, [HETAB_MERL_BANDS] = 3};
+  static const struct {
+    const char *colour, *takes;
+    size_t count;
+  } needed[] = {[HETAB_MERL_SRGB] = {"srgb", "no --bands", 0},
+                [HETAB_MERL_MONO] = {"mono", "one wavelength in --bands", 1},
+                [HETAB_MERL_BANDS] = {"bands", "three wavelengths in --bands", 3}};
   const char *bands = is_channels(r->bands) ? NULL : r->bands;
   size_t given = bands ? cli_wavelength_list(bands, o->band_um, 3) : 0;
   if (bands && !given)
     return cli_usage(
         self, "--bands: '%s' is not one or three wavelengths in nm, nor rgb or spectral", bands);
-  if (given != needed[o->colour])
-    return cli_usage(self, "--merl-colour %s takes %s",
-                     o->colour == HETAB_MERL_SRGB   ? "srgb"
-                     : o->colour == HETAB_MERL_MONO ? "mono"
-                                                    : "bands",
-                     o->colour == HETAB_MERL_SRGB   ? "no --bands"
-                     : o->colour == HETAB_MERL_MONO ? "one wavelength in --bands"
-                                                    : "three wavelengths in --bands");
+  if (given != needed[o->colour].count)
+    return cli_usage(self, "--merl-colour %s takes %s", needed[o->colour].colour,
+                     needed[o->colour].takes);
   return -1;
 }
 
@@ -236,18 +240,15 @@ const cli_command cli_tabulate = {
         "or T.550,000000nm and so on), or for each wavelength (rows theta_i and theta_r), with the "
         "surface and the axes as attributes.\n\n"
         "A .bsdf is an RGL table, as small as --table-error allows, for the renderer named by "
-        "--for: "
-        "linear sRGB and spectra are two kinds of file, and each reader takes one of them. It is "
-        "made "
-        "on the host and needs no device.\n\n"
+        "--for: linear sRGB and spectra are two kinds of file, and each reader takes one of them. "
+        "It is made on the host and needs no device.\n\n"
         "--json prints an object with surface, device, method, precision, tolerance (these null "
         "where no device was needed), version and outputs, an array of objects with file, format "
         "(hdf5, exr, merl or rgl), entries, seconds, entries_per_second, kernel_seconds, "
         "kernel_entries_per_second, error (samples, compared, max_sampled, share_above, p99_rel, "
         "rms_rel, max_abs_below_floor, bad; null without samples), specular (max, share of the "
-        "light, file, "
-        "in_table, cone_deg), loads_in "
-        "and, for merl, clamped; for exr, saturated; for rgl, table (bands, table_error, error_l1, "
-        "bias, error_grazing, theta_i, resolution, bytes, clamped).",
+        "light, file, in_table, cone_deg), loads_in and, for merl, clamped; for exr, saturated; "
+        "for rgl, table (bands, table_error, error_l1, bias, error_grazing, theta_i, resolution, "
+        "bytes, clamped).",
     .run = run,
 };

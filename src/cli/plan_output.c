@@ -26,6 +26,9 @@ static void print_item(const hetab_scene *scene, const hetab_plan *plan, size_t 
     if (item->resolution)
       snprintf(shape, sizeof shape, "%zu x %zu^2 x %zu", item->theta_i_count, item->resolution,
                item->wavelengths);
+    if (item->spacing_deg > 0.0 && !item->resolution &&
+        hetab_scene_consumer(scene) != HETAB_CONSUMER_MERL)
+      snprintf(shape, sizeof shape, "%.2g deg x %zu", item->spacing_deg, item->wavelengths);
     cli_si((double)item->bytes, bytes, sizeof bytes);
     snprintf(seconds, sizeof seconds, "%.2f", item->seconds);
     if (item->error_l1 > 0.0)
@@ -117,15 +120,16 @@ static json_t *plain_json(const hetab_surface *surface, const hetab_plan_item *i
 static json_t *item_json(const hetab_scene *scene, const hetab_plan *plan, size_t i) {
   const hetab_plan_item *item = &plan->items[i];
   const char *shared = hetab_surface_name(hetab_scene_surface(scene, item->shares));
-  return json_pack("{so ss ss sb sf sf so ss sI sf sI sI sI sf so}", "surface",
+  return json_pack("{so ss ss sb sf sf so ss sI sf sI sI so sI sf so}", "surface",
                    cli_json_text(hetab_surface_name(hetab_scene_surface(scene, i))), "what",
                    kinds[item->kind], "delta", deltas[item->delta], "diffuse", item->diffuse,
                    "delta_share", item->delta_share, "energy_left_out", item->energy_left_out,
                    "plain", plain_json(hetab_scene_surface(scene, i), item), "table_of", shared,
                    "wavelengths", (json_int_t)item->wavelengths, "wavelength_error",
                    item->wavelength_error, "theta_i", (json_int_t)item->theta_i_count, "resolution",
-                   (json_int_t)item->resolution, "bytes", (json_int_t)item->bytes, "seconds",
-                   item->seconds, "error_l1", number_or_null(item->error_l1));
+                   (json_int_t)item->resolution, "spacing_deg", number_or_null(item->spacing_deg),
+                   "bytes", (json_int_t)item->bytes, "seconds", item->seconds, "error_l1",
+                   number_or_null(item->error_l1));
 }
 
 int plan_print_json(const hetab_scene *scene, const hetab_plan *plan) {

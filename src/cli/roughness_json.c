@@ -76,17 +76,24 @@ static json_t *cutoffs_json(const hetab_cutoff_scan *s) {
                    "misfit", cli_json_number(s->misfit), "from_fit", s->from_fit);
 }
 
+/* The first scan in two. */
+static json_t *split_json(const hetab_roughness *r) {
+  return json_pack("{so so}", "levelled_um",
+                   cli_json_numbers(r->split_levelled_um, r->split_count, 1), "line_um",
+                   cli_json_numbers(r->split_line_um, r->split_count, 1));
+}
+
 json_t *roughness_json(const hetab_roughness *r) {
   json_t *notes = json_array();
   for (size_t i = 0; i < r->note_count; i++)
     json_array_append_new(notes, cli_json_text(r->notes[i]));
-  return json_pack("{ss so so so so so so so so}", "version", hetab_version(), "scans",
+  return json_pack("{ss so so so so so so so so so}", "version", hetab_version(), "scans",
                    sources_json(r), "cutoff_um",
                    r->small.count ? json_real(r->cutoff_um) : json_null(), "filter",
                    r->small.count ? json_string(hetab_filter_name(r->filter)) : json_null(), "raw",
                    component_json(&r->raw), "small", component_json(&r->small), "cutoff_scan",
                    cutoffs_json(&r->cutoff_scan), "curvature_um", cli_json_number(r->curvature_um),
-                   "notes", notes);
+                   "notes", notes, "split", r->split_count ? split_json(r) : json_null());
 }
 
 static json_t *published_table_json(const hetab_published_table *t) {

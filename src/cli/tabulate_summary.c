@@ -26,7 +26,7 @@ static const hetab_report *device_report(const tabulate_job *job) {
 /* Whether the delta is in the table, as a lobe. HDF5 always keeps it apart. */
 static int is_folded(const tabulate_job *job, size_t i) {
   hetab_format format = job->reports[i].format;
-  return job->request->cone_deg > 0 && (format == HETAB_FORMAT_MERL || format == HETAB_FORMAT_RGL);
+  return job->request->cone_deg > 0 && format != HETAB_FORMAT_H5;
 }
 
 /* The name of the file that holds the specular reflectance; free() it. */

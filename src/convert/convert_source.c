@@ -35,6 +35,7 @@ static hetab_status open_merl(hetab_context *ctx, hetab_convert_source *source) 
   hetab_merl *merl;
   HETAB_TRY(hetab_merl_load_raw(ctx, source->path, &merl));
   source->filled = hetab_merl_holes(merl);
+  source->specular_cone = hetab_merl_specular_cone(merl);
   hetab_status status = source->filled ? hetab_merl_mend(ctx, source->path, merl) : HETAB_OK;
   if (status == HETAB_OK)
     status = source->filled
@@ -48,6 +49,7 @@ static hetab_status open_merl(hetab_context *ctx, hetab_convert_source *source) 
 static hetab_status open_rgl(hetab_context *ctx, hetab_convert_source *source) {
   HETAB_TRY(hetab_lookup_open(ctx, source->path, HETAB_LOOKUP_INTERPOLATE, &source->table));
   HETAB_TRY(hetab_rgl_load(ctx, source->path, &source->rgl));
+  source->specular_cone = hetab_rgl_specular_cone(source->rgl);
   return hetab_rgl_smooth_create(ctx, source->rgl, &source->smooth);
 }
 
@@ -129,7 +131,7 @@ enum { BLOCK = 256 };
 static void read_block(const hetab_convert_source *source, size_t count, const float (*wi)[3],
                        const float (*wo)[3], float *values) {
   if (!source->rgl)
-    hetab_lookup_eval_batch(source->table, count, wi, wo, values);
+    hetab_lookup_eval(source->table, NULL, count, wi[0], wo[0], values, NULL);
   for (size_t i = 0; i < count && source->rgl; i++)
     hetab_rgl_smooth_eval(&source->smooth, wi[i], wo[i], values + i * source->channels_in);
 }
@@ -160,7 +162,7 @@ hetab_status hetab_convert_specular(hetab_context *ctx, const hetab_convert_sour
   float *in = hetab_alloc(ctx, source->channels_in, sizeof *in);
   if (!in)
     return HETAB_ERR_MEMORY;
-  hetab_lookup_specular(source->table, wi, in);
+  hetab_lookup_albedo(source->table, NULL, 1, wi, NULL, in);
   hetab_convert_channels(source, in, value);
   free(in);
   return HETAB_OK;

@@ -19,6 +19,7 @@ typedef struct hetab_convert_source {
   const double *lambda_um; /* [channels]; NULL: linear sRGB */
   double (*weights)[3];    /* [channels_in], to XYZ; NULL: the channels are kept */
   size_t filled, clamped;
+  double specular_cone; /* > 0: the delta is in the table, as a lobe that wide */
 } hetab_convert_source;
 
 /* srgb: the output is to have linear sRGB. */

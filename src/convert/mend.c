@@ -3,6 +3,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "engine/sample.h"
+
 enum {
   CHANNELS = HETAB_MERL_CHANNELS,
   H = HETAB_MERL_THETA_H,
@@ -54,7 +56,7 @@ typedef struct mending {
 } mending;
 
 /* Black is no neighbour's geometric mean: it stands for a value far below the others. */
-static const double BLACK = 1e-9;
+static const double BLACK = HETAB_FLOOR_PER_SR;
 
 static int mean_of_neighbours(const mending *m, size_t cell, double values[CHANNELS]) {
   size_t around[6];

@@ -9,6 +9,7 @@
 #include <hetab/merl.h>
 
 #include "convert/mend.h"
+#include "core/angle.h"
 #include "core/held_files.h"
 #include "core/input_file.h"
 #include "rgl/rgl_table.h"
@@ -144,8 +145,10 @@ hetab_status hetab_convert_to_merl(hetab_context *ctx, hetab_convert_source *sou
     if (status == HETAB_OK)
       status = hetab_progress(ctx, (double)(row + 1), HETAB_MERL_THETA_H);
   }
-  if (status == HETAB_OK)
+  if (status == HETAB_OK) {
+    hetab_merl_set_specular_cone(merl, source->specular_cone);
     status = hetab_merl_save(ctx, merl, path, options->overwrite);
+  }
   hetab_merl_free(merl);
   free(pairs);
   free(values);
@@ -162,7 +165,7 @@ static hetab_status check_not_black(hetab_context *ctx, const hetab_convert_sour
     return HETAB_ERR_MEMORY;
   for (int deg = 0; deg <= 80; deg += 10) {
     const float wi[3] = {(float)sin(deg * M_PI / 180), 0, (float)cos(deg * M_PI / 180)};
-    hetab_lookup_albedo(source->table, wi, albedo);
+    hetab_lookup_albedo(source->table, NULL, 1, wi, albedo, NULL);
     for (size_t c = 0; c < source->channels_in; c++)
       lit |= albedo[c] > 0;
   }
@@ -183,6 +186,7 @@ hetab_status hetab_convert_to_rgl(hetab_context *ctx, hetab_convert_source *sour
   const hetab_rgl_source table = {.channels = source->channels,
                                   .wavelengths_um = source->lambda_um,
                                   .description = description,
+                                  .specular_cone_deg = hetab_degrees(source->specular_cone),
                                   .values = hetab_convert_values,
                                   .user = source};
   const hetab_rgl_options rgl_options = {.bands =
@@ -217,7 +221,7 @@ static hetab_status write_csv(hetab_context *ctx, const hetab_convert_source *so
   for (size_t i = 0; i < ANGLES && status == HETAB_OK; i++) {
     double theta_i = (double)i * M_PI / 180;
     const float wi[3] = {(float)sin(theta_i), 0, (float)cos(theta_i)};
-    hetab_lookup_specular(source->table, wi, at);
+    hetab_lookup_albedo(source->table, NULL, 1, wi, NULL, at);
     for (size_t w = 0; w < count; w++)
       rho[w * ANGLES + i] = (double)at[w];
   }
@@ -263,7 +267,7 @@ static double largest_specular(const hetab_convert_source *source, float *rho) {
   float largest = 0;
   for (int i = 0; i < ANGLES; i++) {
     const float wi[3] = {(float)sin(i * M_PI / 180), 0, (float)cos(i * M_PI / 180)};
-    hetab_lookup_specular(source->table, wi, rho);
+    hetab_lookup_albedo(source->table, NULL, 1, wi, NULL, rho);
     for (size_t c = 0; c < source->channels_in; c++)
       largest = fmaxf(largest, rho[c]);
   }

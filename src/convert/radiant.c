@@ -5,7 +5,7 @@
 enum { BLOCK = 1024 }; /* a fixed count is what compilers vectorise */
 
 /* NaN fails both comparisons. */
-bool hetab_floats_radiant(const float *values, size_t count) {
+static bool floats_radiant(const float *values, size_t count) {
   int bad = 0;
   for (; count >= BLOCK; count -= BLOCK, values += BLOCK)
     for (int i = 0; i < BLOCK; i++)
@@ -15,7 +15,7 @@ bool hetab_floats_radiant(const float *values, size_t count) {
   return !bad;
 }
 
-bool hetab_doubles_radiant(const double *values, size_t count, double most) {
+static bool doubles_radiant(const double *values, size_t count, double most) {
   int bad = 0;
   for (; count >= BLOCK; count -= BLOCK, values += BLOCK)
     for (int i = 0; i < BLOCK; i++)
@@ -23,4 +23,10 @@ bool hetab_doubles_radiant(const double *values, size_t count, double most) {
   for (size_t i = 0; i < count; i++)
     bad |= !(values[i] >= 0.0) | !(values[i] <= most);
   return !bad;
+}
+
+bool hetab_radiant(const void *values, size_t count, hetab_precision precision, bool as_floats) {
+  return precision == HETAB_FLOAT
+             ? floats_radiant(values, count)
+             : doubles_radiant(values, count, as_floats ? (double)FLT_MAX : DBL_MAX);
 }

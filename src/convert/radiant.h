@@ -5,7 +5,9 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-bool hetab_floats_radiant(const float *values, size_t count);
-bool hetab_doubles_radiant(const double *values, size_t count, double most);
+#include <hetab/types.h>
+
+/* values[count] of that precision; as_floats: doubles have to be finite as floats, too. */
+bool hetab_radiant(const void *values, size_t count, hetab_precision precision, bool as_floats);
 
 #endif

@@ -1,6 +1,5 @@
 #include <hetab/tabulate_to.h>
 
-#include <float.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -9,12 +8,13 @@
 #include <hetab/host_model.h>
 
 #include "convert/radiant.h"
+#include "convert/read_back.h"
+#include "convert/slab_fold.h"
 #include "core/option_size.h"
 #include "core/angle.h"
 #include "core/held_files.h"
 #include "core/clock.h"
 #include "core/context.h"
-#include "table/exr_file.h"
 #include "table/specular.h"
 #include "table/table_format.h"
 
@@ -38,6 +38,7 @@ typedef struct job {
   hetab_grid *own_grid;
   hetab_engine *engine, *own_engine;
   hetab_preload *preload;
+  hetab_slab_fold *fold; /* of OpenEXR outputs; NULL: the delta is apart */
   output *outputs;
   size_t count;
   hetab_merl *merl;
@@ -60,10 +61,10 @@ static bool is_dense(const output *o) {
 
 /* Whether the delta is in the table, as a lobe: then no file of it may be beside. */
 static bool is_folded(const job *job, const output *o) {
-  const hetab_tabulate_to_options *options = &job->options;
-  return (o->report.format == HETAB_FORMAT_MERL && options->merl &&
-          options->merl->specular_cone > 0) ||
-         (o->report.format == HETAB_FORMAT_RGL && options->rgl && options->rgl->specular_cone > 0);
+  const hetab_tabulate_to_options *to = &job->options;
+  return o->report.format == HETAB_FORMAT_MERL  ? to->merl && to->merl->specular_cone > 0
+         : o->report.format == HETAB_FORMAT_RGL ? to->rgl && to->rgl->specular_cone > 0
+                                                : o->report.format == HETAB_FORMAT_EXR && job->fold;
 }
 
 static bool has_dense(const job *job) {
@@ -192,12 +193,17 @@ static hetab_status save_specular(job *job, output *o) {
 
 /* ---- dense tables -------------------------------------------------------------------------- */
 
-static hetab_status create_h5(job *job, output *o) {
+static hetab_h5_options h5_options(const job *job) {
   hetab_h5_options h5 = {.element = precision_of(job)};
   if (job->options.h5)
     h5 = *job->options.h5;
   h5.slabs = precision_of(job);
   h5.overwrite = job->options.overwrite;
+  return h5;
+}
+
+static hetab_status create_h5(job *job, output *o) {
+  hetab_h5_options h5 = h5_options(job);
   return hetab_h5_create(job->ctx, o->path, job->surface, job->grid, &h5, &o->writer);
 }
 
@@ -211,19 +217,28 @@ static hetab_status create_exr(job *job, output *o) {
   return hetab_exr_create(job->ctx, o->path, job->surface, job->grid, &exr, &o->writer);
 }
 
-static hetab_status create_writers(job *job) {
-  double max = 0;
-  double *rho = specular_table(job, hetab_grid_radians(job->grid, HETAB_THETA_I),
-                               hetab_grid_count(job->grid, HETAB_THETA_I), &max);
-  hetab_status status = rho ? HETAB_OK : HETAB_ERR_MEMORY;
-  for (output *o = job->outputs; o < job->outputs + job->count && status == HETAB_OK; o++) {
-    if (!is_dense(o))
+static hetab_status create_of(job *job, hetab_format format, const double *rho, double max) {
+  for (output *o = job->outputs; o < job->outputs + job->count; o++) {
+    if (o->report.format != format)
       continue;
-    status = o->report.format == HETAB_FORMAT_H5 ? create_h5(job, o) : create_exr(job, o);
-    if (status == HETAB_OK)
-      status = hetab_table_write_specular(job->ctx, o->writer, rho);
+    HETAB_TRY(format == HETAB_FORMAT_H5 ? create_h5(job, o) : create_exr(job, o));
+    HETAB_TRY(hetab_table_write_specular(job->ctx, o->writer, rho));
     o->report.specular_max = max;
   }
+  return HETAB_OK;
+}
+
+static hetab_status create_writers(job *job) {
+  size_t count = hetab_grid_count(job->grid, HETAB_THETA_I);
+  double max = 0;
+  double *rho = specular_table(job, hetab_grid_radians(job->grid, HETAB_THETA_I), count, &max);
+  if (!rho)
+    return HETAB_ERR_MEMORY;
+  hetab_status status = create_of(job, HETAB_FORMAT_H5, rho, max);
+  if (job->fold) /* what is in a table as a lobe is not beside it */
+    memset(rho, 0, hetab_surface_band_count(job->surface) * count * sizeof *rho);
+  if (status == HETAB_OK)
+    status = create_of(job, HETAB_FORMAT_EXR, rho, max);
   free(rho);
   return status;
 }
@@ -234,9 +249,7 @@ static bool slab_radiant(const job *job, const hetab_slab *slab) {
   bool floats = has(job, HETAB_FORMAT_EXR) || (h5 && h5->element == HETAB_FLOAT);
   size_t count = slab->theta_i_count * hetab_grid_count(job->grid, HETAB_THETA_R) *
                  hetab_grid_count(job->grid, HETAB_PHI);
-  return precision_of(job) == HETAB_FLOAT
-             ? hetab_floats_radiant(slab->values, count)
-             : hetab_doubles_radiant(slab->values, count, floats ? (double)FLT_MAX : DBL_MAX);
+  return hetab_radiant(slab->values, count, precision_of(job), floats);
 }
 
 /* A slab goes to every HDF5 and OpenEXR output. A bad one stops the job: nothing is published. */
@@ -246,9 +259,12 @@ static hetab_status fan_out(hetab_context *ctx, void *user, const hetab_slab *sl
     return hetab_fail(ctx, HETAB_ERR_DEVICE,
                       "entries of the table are NaN, infinite or negative: nothing written; please "
                       "report this");
+  hetab_slab folded = *slab;
+  if (job->fold)
+    HETAB_TRY(hetab_slab_fold_in(ctx, job->fold, slab, &folded));
   for (output *o = job->outputs; o < job->outputs + job->count; o++)
     if (o->writer)
-      HETAB_TRY(hetab_table_write_slab(ctx, o->writer, slab));
+      HETAB_TRY(hetab_table_write_slab(ctx, o->writer, is_folded(job, o) ? &folded : slab));
   return HETAB_OK;
 }
 
@@ -291,12 +307,6 @@ static hetab_status fill_rgl(job *job) {
   return HETAB_OK;
 }
 
-static hetab_status open_engine(job *job) {
-  HETAB_TRY(hetab_engine_create(job->ctx, job->options.engine, &job->own_engine));
-  job->engine = job->own_engine;
-  return HETAB_OK;
-}
-
 /* The files' layout and the engine, if one is needed; the OpenCL runtime loads meanwhile. OpenEXR
  * headers name the device, and come after it. */
 static hetab_status prepare(job *job) {
@@ -308,10 +318,15 @@ static hetab_status prepare(job *job) {
   if (!job->options.grid)
     HETAB_TRY(hetab_grid_create(job->ctx, &job->own_grid));
   job->grid = job->own_grid ? job->own_grid : job->options.grid;
+  if (exr && job->exr.specular_cone > 0.0)
+    HETAB_TRY(hetab_slab_fold_create(job->ctx, job->surface, job->grid, job->exr.specular_cone,
+                                     precision_of(job), &job->fold));
   if (has(job, HETAB_FORMAT_H5) && !exr)
     HETAB_TRY(create_writers(job));
-  if (make_engine)
-    HETAB_TRY(open_engine(job));
+  if (make_engine) {
+    HETAB_TRY(hetab_engine_create(job->ctx, job->options.engine, &job->own_engine));
+    job->engine = job->own_engine;
+  }
   return exr ? create_writers(job) : HETAB_OK;
 }
 
@@ -329,12 +344,9 @@ static hetab_status fill(job *job) {
 /* Of the file's numbers. */
 static hetab_error_stats file_error(const job *job, const output *o) {
   const hetab_error_stats *error = &o->report.report.error;
-  hetab_h5_options h5 = {.element = precision_of(job)};
-  if (o->report.format == HETAB_FORMAT_H5 && job->options.h5)
-    h5 = *job->options.h5;
+  hetab_h5_options h5 = h5_options(job);
   if (o->report.format == HETAB_FORMAT_EXR)
     h5.element = HETAB_FLOAT;
-  h5.slabs = precision_of(job);
   return is_dense(o) ? hetab_h5_error(&h5, error) : *error;
 }
 
@@ -366,36 +378,16 @@ static hetab_status save(job *job, output *o) {
   return HETAB_OK;
 }
 
-/* As readers would: what does not read back is not published. */
-static hetab_status read_back(const job *job, hetab_format format, const char *path) {
-  hetab_context *ctx = job->ctx;
-  hetab_h5_table *h5 = NULL;
-  hetab_merl *merl = NULL;
-  hetab_rgl *rgl = NULL;
-  hetab_status status = HETAB_OK;
-  bool by_wavelength = job->exr.parts == HETAB_EXR_BY_WAVELENGTH;
-  if (format == HETAB_FORMAT_H5)
-    status = hetab_h5_open(ctx, path, &h5);
-  else if (format == HETAB_FORMAT_MERL)
-    status = hetab_merl_load(ctx, path, &merl);
-  else if (format == HETAB_FORMAT_RGL)
-    status = hetab_rgl_load(ctx, path, &rgl);
-  else
-    status = hetab_exr_file_check(ctx, path,
-                                  1 + (by_wavelength ? hetab_surface_band_count(job->surface)
-                                                     : hetab_grid_count(job->grid, HETAB_THETA_I)));
-  hetab_h5_free(h5);
-  hetab_merl_free(merl);
-  hetab_rgl_free(rgl);
-  return status;
-}
-
+/* What does not read back is not published. */
 static hetab_status check_output(job *job, const output *o) {
   char reason[sizeof job->ctx->message];
   char *path = hetab_atomic_held_path(job->ctx, &job->held, o->held - 1);
   if (!path)
     return HETAB_ERR_MEMORY;
-  hetab_status status = read_back(job, o->report.format, path);
+  size_t parts = job->exr.parts == HETAB_EXR_BY_WAVELENGTH
+                     ? hetab_surface_band_count(job->surface)
+                     : hetab_grid_count(job->grid, HETAB_THETA_I);
+  hetab_status status = hetab_read_back(job->ctx, o->report.format, path, 1 + parts);
   free(path);
   if (status == HETAB_OK)
     return HETAB_OK;
@@ -414,7 +406,7 @@ static hetab_status publish(job *job) {
   HETAB_TRY(hetab_progress(job->ctx, 1, 1));
   hetab_status status = hetab_atomic_publish(job->ctx, &job->held);
   for (const output *o = job->outputs; o < end && status == HETAB_OK; o++)
-    if (is_folded(job, o))
+    if (o->specular && is_folded(job, o))
       unlink(o->specular); /* of an earlier table: readers would add it */
   for (output *o = job->outputs; o < end; o++)
     o->report.published = o->held <= job->held.published;
@@ -432,6 +424,7 @@ static void clear(job *job) {
   free(job->outputs);
   hetab_merl_free(job->merl);
   hetab_rgl_free(job->rgl);
+  hetab_slab_fold_free(job->fold);
   hetab_engine_free(job->own_engine);
   hetab_preload_free(job->preload);
   hetab_grid_free(job->own_grid);

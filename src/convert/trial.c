@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include <hetab/merl.h>
 
@@ -21,17 +22,22 @@ typedef struct trial {
 /* A viewer for wi, from the mixture of both densities; returns cos(theta_o) over that, or 0. */
 static double draw_viewer(trial *t, const float wi[3], float wo[3]) {
   const float u[2] = {(float)hetab_random_unit(&t->random), (float)hetab_random_unit(&t->random)};
+  const float uc = (float)hetab_random_unit(&t->random);
+  const hetab_lookup_query query = {.without_delta = 1};
+  hetab_lookup_drawn drawn;
+  float pdf;
   if (hetab_random_unit(&t->random) < 0.5) {
     double radius = sqrt((double)u[0]), phi = 2 * M_PI * (double)u[1];
     wo[0] = (float)(radius * cos(phi));
     wo[1] = (float)(radius * sin(phi));
     wo[2] = (float)sqrt(1 - (double)u[0]);
-  } else if (!(hetab_lookup_sample(t->source->table, wi, u, wo, t->in_value) > 0)) {
-    return 0;
+  } else {
+    hetab_lookup_sample(t->source->table, &query, 1, wi, &uc, u, &drawn, t->in_value);
+    memcpy(wo, drawn.wo, sizeof drawn.wo);
   }
   double cosine = (double)wo[2];
-  double density = 0.5 * (double)hetab_lookup_pdf(t->source->table, wi, wo) + 0.5 * cosine / M_PI;
-  return cosine > 0 ? cosine / density : 0;
+  hetab_lookup_eval(t->source->table, &query, 1, wi, wo, NULL, &pdf);
+  return cosine > 0 ? cosine / (0.5 * (double)pdf + 0.5 * cosine / M_PI) : 0;
 }
 
 /* The output's values by its readers' rule. */
@@ -41,9 +47,9 @@ static double own_value(const trial *t, const double rgb[3], size_t channel) {
 
 static void add_pair(trial *t, const float wi[3], const float wo[3], double weight) {
   double rgb[3] = {0};
-  hetab_lookup_eval(t->source->table, wi, wo, t->in_value);
+  hetab_lookup_eval(t->source->table, NULL, 1, wi, wo, t->in_value, NULL);
   hetab_convert_channels(t->source, t->in_value, t->expected);
-  hetab_lookup_eval(t->out, wi, wo, t->out_value);
+  hetab_lookup_eval(t->out, NULL, 1, wi, wo, t->out_value, NULL);
   if (t->merl)
     hetab_merl_lookup(t->merl,
                       (hetab_directions){acos((double)wi[2]), acos((double)wo[2]),

@@ -15,8 +15,8 @@ const hetab_rule hetab_rule_slope = {1e-9, 1e9, "a slope sigma0/tau from 1e-9 to
 const hetab_rule hetab_rule_n = {1e-6, 1e3, "an index n > 0, from 1e-6 to 1000"};
 const hetab_rule hetab_rule_k = {0, 1e3, "an index k >= 0, at most 1000 (absorption is positive)"};
 const hetab_rule hetab_rule_wavelength_data = {1e-9, 1e12, "a length above 0"};
-const hetab_rule hetab_rule_n_data = {1e-9, 1e9, "an index n > 0"};
-const hetab_rule hetab_rule_k_data = {-0.1, 1e9, "an index k >= 0 (absorption is positive)"};
+const hetab_rule hetab_rule_n_data = {-1e9, 1e9, "an index n > 0"};
+const hetab_rule hetab_rule_k_data = {-1e9, 1e9, "an index k >= 0 (absorption is positive)"};
 const hetab_rule hetab_rule_reflectance = {0, 1, "a reflectance from 0 to 1"};
 const hetab_rule hetab_rule_brdf = {0, 1e3, "a BRDF from 0 to 1000 1/sr"};
 const hetab_rule hetab_rule_any = {-DBL_MAX, DBL_MAX, "a finite number"};

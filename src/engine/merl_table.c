@@ -10,6 +10,7 @@
 #include "engine/dense.h"
 #include "engine/merl_job.h"
 #include "kernels/tables.h"
+#include "model/fold.h"
 #include "model/limits.h"
 
 enum { ROWS = HETAB_MERL_THETA_H * HETAB_MERL_THETA_D };
@@ -217,6 +218,9 @@ static hetab_status prepare(hetab_merl_job *job) {
   const hetab_lane *lane = &job->engine->lanes[0];
   hetab_context *ctx = job->ctx;
   HETAB_TRY(hetab_check_surface(ctx, job->surface));
+  HETAB_TRY(hetab_fold_check(ctx, job->options->specular_cone,
+                             hetab_merl_angles((hetab_merl_place){2.0, 0.0, 0.0}).theta_h,
+                             "MERL's cells"));
   HETAB_TRY(hetab_merl_job_bands(job));
   job->sub = sub_samples_of(job->options->sampling);
   job->phi_samples = phi_samples(job);
@@ -268,6 +272,7 @@ hetab_status hetab_tabulate_merl(hetab_context *ctx, hetab_engine *engine,
   HETAB_GOTO(hetab_merl_job_add_cone(&job));
   HETAB_GOTO(hetab_merl_create(ctx, out));
   size_t clamped = hetab_merl_job_fill(&job, *out);
+  hetab_merl_set_specular_cone(*out, o.specular_cone);
   if (report) {
     *report = hetab_report_of(engine, engine->lanes[0].text);
     report->entries = (double)HETAB_MERL_CELLS * samples_per_cell(&job) * (double)job.band_count;

@@ -8,14 +8,22 @@
 
 #include "core/random.h"
 
-/* In x, which runs from 0 to 1 between the logarithms of the bounds. */
+/* In x, which runs from 0 to 1 between the logarithms of the bounds. The first step is about half
+ * the spacing of a lattice (1/12). A start ends COARSE, near enough for SLSQP, which ends FINE: the
+ * objective is flat to rounding there. Ends of starts within ten COARSE are polished once. BESIDE:
+ * of a run with one unknown held, which only an interval hangs on. */
 static const double FIRST_STEP = 0.05, COARSE = 1e-3, FINE = 1e-8, BESIDE = 1e-5, SAME_END = 1e-2;
+/* Answers that a user would call one: far above FINE, a hundredth of SAME_END. */
 static const double SAME_ANSWER = 1e-4;
 /* E^2 below this is as good as 0: its logarithm is what is minimised. */
 static const double LEAST_Q = 1e-10;
 static const double BROKEN = 1e3; /* of a scan: above every objective */
-enum { COARSE_EVALUATIONS = 300, FINE_EVALUATIONS = 2000, MOST_POLISHED = 4 };
-enum { MOST_LATTICE = 144, MOST_PROBES = 3, MOST_DIPS = 4 };
+/* Stops for what never settles: five times what COBYLA takes for three unknowns; SLSQP takes its
+ * derivatives by differences. */
+enum { COARSE_EVALUATIONS = 300, FINE_EVALUATIONS = 2000 };
+/* How many minima are looked into: each costs a run. */
+enum { MOST_POLISHED = 4, MOST_PROBES = 3, MOST_DIPS = 4 };
+enum { MOST_LATTICE = 144 }; /* points, {12, 4, 3} */
 
 typedef struct search {
   hetab_fit_problem *problem;
@@ -36,7 +44,7 @@ static int is_better(const hetab_fit_state *a, const hetab_fit_state *b) {
   return hetab_fit_feasible(a) && (a->q < b->q || !hetab_fit_feasible(b));
 }
 
-/* How many evaluations there will be in all, about. */
+/* How many evaluations there will be in all, about: COBYLA takes some 20 an unknown. */
 static double expected(const search *s) {
   static const double lattices[HETAB_FIT_MOST_FREE] = {12, 96, 144};
   double each = lattices[s->problem->free_count - 1] + 20 * (double)s->problem->free_count;

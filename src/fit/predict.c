@@ -8,10 +8,10 @@
 #include "core/option_size.h"
 #include "core/angle.h"
 #include "core/context.h"
+#include "engine/sample.h"
 
 static const double SAME_THETA = 0.1 / 180.0 * M_PI, SAME_LAMBDA_UM = 1e-4,
                     IN_PLANE = 0.5 / 180.0 * M_PI;
-static const double floor_brdf = 1e-9; /* 1/sr: less is nothing */
 
 typedef struct job {
   hetab_context *ctx;
@@ -131,7 +131,7 @@ static void describe_curve(hetab_prediction *p, hetab_prediction_curve *curve) {
   for (size_t i = 0; i < p->theta_r_count; i++) {
     const hetab_bounds *f = &curve->f[i];
     peak = f->nominal > curve->f[peak].nominal ? i : peak;
-    if (f->high >= floor_brdf)
+    if (f->high >= HETAB_FLOOR_PER_SR)
       p->error = fmax(p->error, f->error / f->high);
   }
   curve->peak = p->theta_r[peak];
@@ -271,8 +271,8 @@ static void judge_points(const job *j) {
   double accuracy = j->options->accuracy;
   for (size_t i = 0; i < p->point_count; i++) {
     hetab_predicted_point *point = &p->points[i];
-    double most = point->measured * (1 + accuracy) + floor_brdf;
-    double least = point->measured * (1 - accuracy) - floor_brdf;
+    double most = point->measured * (1 + accuracy) + HETAB_FLOOR_PER_SR;
+    double least = point->measured * (1 - accuracy) - HETAB_FLOOR_PER_SR;
     point->side = most < point->f.low ? -1 : least > point->f.high ? 1 : 0;
     count_point(&p->hemisphere, point);
     if (point->in_plane)

@@ -4,75 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "lookup/stencil.h"
-
-static const double most_bytes = 16.0 * (1 << 30);
-
-/* ---- reading ------------------------------------------------------------------------------- */
-
-static hetab_status copy_axes(hetab_context *ctx, const hetab_grid *grid,
-                              hetab_dense_source *dense) {
-  for (int axis = 0; axis < HETAB_AXIS_COUNT; axis++) {
-    size_t count = dense->count[axis] = hetab_grid_count(grid, (hetab_axis)axis);
-    dense->nodes[axis] = hetab_alloc(ctx, count, sizeof *dense->nodes[axis]);
-    if (!dense->nodes[axis])
-      return HETAB_ERR_MEMORY;
-    for (size_t i = 0; i < count; i++)
-      dense->nodes[axis][i] = hetab_grid_deg(grid, (hetab_axis)axis)[i] * M_PI / 180;
-  }
-  return HETAB_OK;
-}
-
-static size_t node_count(const hetab_dense_source *dense) {
-  return dense->count[HETAB_THETA_I] * dense->count[HETAB_THETA_R] * dense->count[HETAB_PHI];
-}
-
-static hetab_status read_channels(hetab_context *ctx, hetab_h5_table *table, const char *path,
-                                  hetab_dense_source *dense) {
-  size_t nodes = node_count(dense);
-  double *band = hetab_alloc(ctx, nodes, sizeof *band);
-  dense->values = hetab_alloc(ctx, nodes, dense->stride * sizeof *dense->values);
-  hetab_status status = band && dense->values ? HETAB_OK : HETAB_ERR_MEMORY;
-  for (size_t w = 0; w < dense->channels && status == HETAB_OK; w++) {
-    status = hetab_h5_read(ctx, table, w, band);
-    for (size_t n = 0; n < nodes && status == HETAB_OK; n++) {
-      dense->values[n * dense->stride + w] = (float)band[n];
-      if (!(band[n] >= 0 && band[n] <= 1e30))
-        status = hetab_fail(ctx, HETAB_ERR_PARSE,
-                            "'%s' is damaged: /brdf holds %g at wavelength %zu, entry %zu; get a "
-                            "complete copy, or mend it with hetab audit --repair",
-                            path, band[n], w, n);
-    }
-    if (status == HETAB_OK)
-      status = hetab_progress(ctx, (double)(w + 1), (double)dense->channels);
-  }
-  free(band);
-  return status;
-}
-
-hetab_status hetab_dense_source_load(hetab_context *ctx, hetab_h5_table *table, const char *path,
-                                     hetab_dense_source *dense) {
-  size_t channels = hetab_h5_wavelength_count(table);
-  *dense = (hetab_dense_source){.channels = channels, .stride = hetab_lattice_stride(channels)};
-  HETAB_TRY(copy_axes(ctx, hetab_h5_grid(table), dense));
-  double bytes = (double)dense->stride * sizeof(float);
-  for (int axis = 0; axis < HETAB_AXIS_COUNT; axis++)
-    bytes *= (double)dense->count[axis];
-  if (bytes > most_bytes)
-    return hetab_fail(ctx, HETAB_ERR_RANGE,
-                      "'%s' would take %.3g GiB of memory, over 16; tabulate fewer wavelengths or "
-                      "angles",
-                      path, bytes / (1 << 30));
-  return read_channels(ctx, table, path, dense);
-}
-
-void hetab_dense_source_clear(hetab_dense_source *dense) {
-  for (int axis = 0; axis < HETAB_AXIS_COUNT; axis++)
-    free(dense->nodes[axis]);
-  free(dense->values);
-  *dense = (hetab_dense_source){0};
-}
-
 /* ---- nearest ------------------------------------------------------------------------------- */
 
 static size_t nearest(const double *nodes, size_t count, double x) {
@@ -97,64 +28,67 @@ static double azimuth(const float a[3], const float b[3]) {
   return atan2(fabs(cross), (double)a[0] * (double)b[0] + (double)a[1] * (double)b[1]);
 }
 
-static const float *row_of(const hetab_dense_source *d, size_t i, size_t r, size_t p) {
-  return d->values + ((i * d->count[HETAB_THETA_R] + r) * d->count[HETAB_PHI] + p) * d->stride;
+static size_t node_of(const hetab_dense_source *d, size_t i, size_t r, size_t p) {
+  return (i * d->count[HETAB_THETA_R] + r) * d->count[HETAB_PHI] + p;
 }
 
-void hetab_dense_source_nearest(const hetab_dense_source *d, const float wi[3], const float wo[3],
-                                float *value) {
+const float *hetab_dense_source_nearest(const hetab_dense_source *d, const float wi[3],
+                                        const float wo[3]) {
   size_t i = nearest(d->nodes[HETAB_THETA_I], d->count[HETAB_THETA_I], polar(wi));
   size_t r = nearest(d->nodes[HETAB_THETA_R], d->count[HETAB_THETA_R], polar(wo));
   size_t p = nearest(d->nodes[HETAB_PHI], d->count[HETAB_PHI], azimuth(wi, wo));
-  memcpy(value, row_of(d, i, r, p), d->channels * sizeof *value);
+  return d->values + node_of(d, i, r, p) * d->stride;
 }
 
 /* ---- between nodes ------------------------------------------------------------------------- */
 
-void hetab_dense_source_prepare(hetab_dense_source *d) {
-  size_t count = node_count(d) * d->stride;
-  d->high = HETAB_LATTICE_ZERO;
-  for (size_t n = 0; n < count; n++) {
-    d->values[n] = hetab_log2_or_zero((double)d->values[n]);
-    d->high = fmaxf(d->high, d->values[n]);
-  }
-  /* a cubic through what is next to nothing needs a number that is not much less */
-  d->low = d->high - 50;
-  for (size_t n = 0; n < count; n++)
-    d->values[n] = fmaxf(d->values[n], d->low);
-}
+enum { MOST_ROWS = HETAB_STENCIL * HETAB_STENCIL * HETAB_STENCIL, WIDE = 8, BLOCK = 8 * WIDE };
 
-/* The model is 0 at exactly 90 degrees, where it is not continuous for practical purposes: a node
- * there is left out, and the others go on to it. */
-static size_t inner_count(const hetab_dense_source *d, hetab_axis axis) {
-  size_t count = d->count[axis];
-  return count > 1 && d->nodes[axis][count - 1] > 0.999999 * M_PI_2 ? count - 1 : count;
-}
+/* The nodes that one order of the two directions is the weighted sum of. */
+typedef struct sum {
+  int count;
+  const uint16_t *row[MOST_ROWS];
+  float weight[MOST_ROWS];
+  double low;
+} sum;
 
 typedef struct direction {
-  double theta, phi; /* phi against the incident direction's azimuth */
+  double theta, sin, cos;
+  double sin_phi, cos_phi; /* against the incident direction's azimuth */
 } direction;
 
-static void add_plane(const hetab_dense_source *d, size_t i, double weight, direction r,
-                      float *sum) {
-  hetab_stencil theta =
-      hetab_stencil_at(d->nodes[HETAB_THETA_R], inner_count(d, HETAB_THETA_R), r.theta);
-  hetab_stencil phi = hetab_stencil_at(d->nodes[HETAB_PHI], d->count[HETAB_PHI], r.phi);
-  for (int a = 0; a < theta.count; a++)
-    for (int b = 0; b < phi.count; b++) {
-      const float *row = row_of(d, i, theta.first + (size_t)a, phi.first + (size_t)b);
-      float w = (float)(weight * theta.weight[a] * phi.weight[b]);
-      for (size_t c = 0; c < d->stride; c++)
-        sum[c] += w * row[c];
-    }
+/* Within 2e-7, for y >= 0. */
+static inline double angle_of(double y, double x) {
+  const double quarter_tangent = 0.41421356237309503;
+  double ax = fabs(x), most = fmax(ax, y), base = 0.0;
+  double a = most > 0.0 ? fmin(ax, y) / most : 0.0;
+  if (a > quarter_tangent) {
+    a = (a - 1.0) / (a + 1.0);
+    base = M_PI_4;
+  }
+  double z = a * a;
+  double p = (8.05374449538e-2 * z - 1.38776856032e-1) * z + 1.99777106478e-1;
+  double angle = base + a + a * z * (p * z - 3.33329491539e-1);
+  angle = y > ax ? M_PI_2 - angle : angle;
+  return x < 0.0 ? M_PI - angle : angle;
 }
 
-/* The direction turned with the mirror direction as the incident one is tilted by `tilt`. */
-static direction turned(direction r, double tilt) {
-  double x = sin(r.theta) * cos(r.phi), y = sin(r.theta) * sin(r.phi), z = cos(r.theta);
-  double tx = x * cos(tilt) - z * sin(tilt), tz = x * sin(tilt) + z * cos(tilt);
-  double lateral = hypot(tx, y);
-  return (direction){atan2(lateral, tz), lateral > 0 ? atan2(y, tx) : 0};
+/* The place in the plane of node i as the mirror direction is turned with the incident one, by the
+ * tilt to that node. */
+static void add_plane(const hetab_dense_source *d, size_t i, double weight, const direction *r,
+                      double tilt_sin, double tilt_cos, sum *s) {
+  double x = r->sin * r->cos_phi, y = r->sin * r->sin_phi;
+  double tx = x * tilt_cos - r->cos * tilt_sin, tz = x * tilt_sin + r->cos * tilt_cos;
+  hetab_stencil theta =
+      hetab_stencil_at(&d->axes[HETAB_THETA_R], angle_of(sqrt(tx * tx + y * y), tz));
+  hetab_stencil phi = hetab_stencil_at(&d->axes[HETAB_PHI], angle_of(y, tx));
+  for (int a = 0; a < theta.count; a++)
+    for (int b = 0; b < phi.count; b++) {
+      size_t node = node_of(d, i, theta.first + (size_t)a, phi.first + (size_t)b);
+      s->row[s->count] = d->codes + node * d->stride;
+      s->weight[s->count++] = (float)(weight * theta.weight[a] * phi.weight[b]);
+    }
+  s->low += weight * d->row_low[i];
 }
 
 /* How far an incidence may turn the other direction: not over the horizon. */
@@ -169,36 +103,83 @@ static double turning(const hetab_dense_source *d, const hetab_stencil *s, doubl
 
 /* Cubic along theta_i in the frame of the mirror direction, so that a lobe is compared with itself
  * at its neighbours' place; cubic along theta_r and phi. */
-static void add_order(const hetab_dense_source *d, double theta_i, direction r, float *sum) {
-  hetab_stencil s =
-      hetab_stencil_at(d->nodes[HETAB_THETA_I], inner_count(d, HETAB_THETA_I), theta_i);
-  double share = turning(d, &s, theta_i, r.theta);
-  for (int a = 0; a < s.count; a++) {
-    double tilt = share * (d->nodes[HETAB_THETA_I][s.first + (size_t)a] - theta_i);
-    add_plane(d, s.first + (size_t)a, s.weight[a], turned(r, tilt), sum);
+static void add_order(const hetab_dense_source *d, double theta_i, const direction *r, sum *s) {
+  hetab_stencil at = hetab_stencil_at(&d->axes[HETAB_THETA_I], theta_i);
+  double share = turning(d, &at, theta_i, r->theta);
+  for (int a = 0; a < at.count; a++) {
+    double tilt = share * (d->nodes[HETAB_THETA_I][at.first + (size_t)a] - theta_i);
+    add_plane(d, at.first + (size_t)a, at.weight[a], r, sin(tilt), cos(tilt), s);
   }
 }
 
-/* phi in [0, pi] of |wi + wo|^2 = 4 c^2, without cancellation at pi. */
-static double azimuth_of(const hetab_lattice_place *p, double sin_a, double sin_b) {
-  double product = sin_a * sin_b, lateral2 = 4 * p->cos_d * p->cos_d * p->sin2_h;
-  double difference = (p->mu_high - p->mu_low) * (p->mu_high + p->mu_low) / (sin_a + sin_b);
-  if (!(product > 0))
-    return M_PI;
-  double half = (lateral2 - difference * difference) / (4 * product); /* cos^2(phi / 2) */
-  return 2 * acos(sqrt(fmin(fmax(half, 0), 1)));
+typedef uint16_t codes8 __attribute__((vector_size(16)));
+typedef int32_t ints8 __attribute__((vector_size(32)));
+typedef float floats8 __attribute__((vector_size(32)));
+
+#define INLINE static inline __attribute__((always_inline))
+
+/* out[count] += the weighted codes of the channels from `from` on. */
+INLINE void add_codes(const sum *s, size_t from, size_t count, float *out) {
+  for (size_t first = 0; first < count; first += WIDE) {
+    floats8 sum;
+    memcpy(&sum, out + first, sizeof sum);
+    for (int n = 0; n < s->count; n++) {
+      codes8 codes;
+      memcpy(&codes, s->row[n] + from + first, sizeof codes);
+      sum += s->weight[n] * __builtin_convertvector(__builtin_convertvector(codes, ints8), floats8);
+    }
+    memcpy(out + first, &sum, sizeof sum);
+  }
+}
+
+#if defined(__x86_64__)
+__attribute__((target("arch=x86-64-v3"))) static void add_codes_avx2(const sum *s, size_t from,
+                                                                     size_t count, float *out) {
+  add_codes(s, from, count, out);
+}
+#endif
+
+static void add_sum(const sum *s, size_t from, size_t count, float *out) {
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx2")) {
+    add_codes_avx2(s, from, count, out);
+    return;
+  }
+#endif
+  add_codes(s, from, count, out);
+}
+
+/* Of |wi + wo|^2 = 4 c^2, without cancellation at pi. */
+static void set_azimuth(const hetab_lattice_place *p, direction *a, direction *b) {
+  double product = a->sin * b->sin, lateral2 = 4 * p->cos_d * p->cos_d * p->sin2_h;
+  double difference = (p->mu_high - p->mu_low) * (p->mu_high + p->mu_low) / (a->sin + b->sin);
+  double half = product > 0 ? (lateral2 - difference * difference) / (4 * product) : 0;
+  half = fmin(fmax(half, 0), 1); /* cos^2(phi / 2) */
+  a->cos_phi = b->cos_phi = 2 * half - 1;
+  a->sin_phi = b->sin_phi = 2 * sqrt(half * (1 - half));
+}
+
+static direction direction_of(double mu) {
+  double sine = sqrt((1 - mu) * (1 + mu));
+  return (direction){.theta = angle_of(sine, mu), .sin = sine, .cos = mu};
 }
 
 void hetab_dense_source_at(const void *user, const hetab_lattice_place *place, float *log2_values) {
   const hetab_dense_source *d = user;
-  double low = acos(place->mu_low), high = acos(place->mu_high);
-  double phi = azimuth_of(place, sin(low), sin(high));
-  memset(log2_values, 0, d->stride * sizeof *log2_values);
+  direction low = direction_of(place->mu_low), high = direction_of(place->mu_high);
+  sum s = {0}, t = {0};
+  set_azimuth(place, &low, &high);
   /* reciprocity: the mean of both orders */
-  add_order(d, low, (direction){high, phi}, log2_values);
-  add_order(d, high, (direction){low, phi}, log2_values);
-  for (size_t c = 0; c < d->channels; c++) {
-    float value = 0.5f * log2_values[c];
-    log2_values[c] = value > d->low ? fminf(value, d->high + 1) : HETAB_LATTICE_ZERO;
+  add_order(d, low.theta, &high, &s);
+  add_order(d, high.theta, &low, &t);
+  for (size_t from = 0; from < d->stride; from += BLOCK) {
+    size_t count = d->stride - from < BLOCK ? d->stride - from : BLOCK;
+    float codes[BLOCK] = {0};
+    add_sum(&s, from, count, codes);
+    add_sum(&t, from, count, codes);
+    for (size_t c = from; c < from + count && c < d->channels; c++) {
+      float value = 0.5f * ((float)(s.low + t.low) + d->step * codes[c - from]);
+      log2_values[c] = value > d->low ? fminf(value, d->high + 1) : HETAB_LATTICE_ZERO;
+    }
   }
 }

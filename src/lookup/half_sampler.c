@@ -2,6 +2,9 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
+
+#include "core/each.h"
 
 enum {
   NODES = HETAB_SAMPLER_INCIDENCES,
@@ -10,7 +13,8 @@ enum {
   FINE = 4, /* points of a cell across rings, and along them */
   FINE_SECTORS = 2,
   COLUMNS = SECTORS * FINE_SECTORS,
-  POINTS = RINGS * FINE * COLUMNS
+  BLOCK = FINE * COLUMNS, /* a ring's points */
+  SQUARE = 48             /* samples along either side */
 };
 
 static const float pi_f = 3.14159265358979f;
@@ -26,7 +30,7 @@ static float ring_edge(float ring) {
 
 /* Incidences are equally spaced in sqrt(cos(theta_i)), from grazing to normal: close together where
  * shadows begin; and about normal, where all is even in theta_i, linear in its square. */
-static double cos_incidence(size_t node) {
+double hetab_sampler_cos_i(size_t node) {
   double root = (double)node / (NODES - 1);
   return fmax(root * root, 1e-4);
 }
@@ -51,72 +55,86 @@ static void azimuth_of(const float wi[3], float *x, float *y) {
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-typedef struct scratch {
-  float (*wi)[3], (*wo)[3];
-  double *weight; /* cos(theta_o) dwo: what a value counts */
-  float *value;   /* [POINTS][channels] */
-} scratch;
+/* What a job of all incidences shares: half vectors of the points, by ring and column. */
+typedef struct making {
+  hetab_half_sampler *sampler;
+  hetab_eval_fn eval; /* NULL: 1, for a black table's directions are the cosine's */
+  hetab_weigh_fn weigh;
+  const void *user;
+  float side[RINGS * FINE], up[RINGS * FINE], solid[RINGS * FINE];
+  float cosine[COLUMNS], sine[COLUMNS];
+  float *scratch; /* [workers][scratch_size()] */
+} making;
 
-static hetab_status make_scratch(hetab_context *ctx, size_t channels, scratch *s) {
-  s->wi = hetab_alloc(ctx, POINTS, sizeof *s->wi);
-  s->wo = hetab_alloc(ctx, POINTS, sizeof *s->wo);
-  s->weight = hetab_alloc(ctx, POINTS, sizeof *s->weight);
-  s->value = hetab_alloc(ctx, POINTS, channels * sizeof *s->value);
-  return s->wi && s->wo && s->weight && s->value ? HETAB_OK : HETAB_ERR_MEMORY;
+static size_t scratch_size(size_t channels) {
+  return (BLOCK + 1) * channels;
 }
 
-static void clear_scratch(scratch *s) {
-  free(s->wi);
-  free(s->wo);
-  free(s->weight);
-  free(s->value);
+static void make_points(making *m) {
+  for (int r = 0; r < RINGS * FINE; r++) {
+    double low = (double)r / (RINGS * FINE), high = (double)(r + 1) / (RINGS * FINE);
+    double v = pow(0.5 * (low + high), 4), width = pow(high, 4) - pow(low, 4);
+    m->side[r] = (float)sqrt(v);
+    m->up[r] = (float)sqrt(1.0 - v);
+    /* both signs of the azimuth; dh = dv dphi / (2 cos(theta_h)), dwo = 4 (wo.h) dh */
+    m->solid[r] = (float)(2.0 * width * M_PI / COLUMNS / (2.0 * sqrt(1.0 - v)) * 4.0);
+  }
+  for (int c = 0; c < COLUMNS; c++) {
+    m->cosine[c] = (float)cos((c + 0.5) / COLUMNS * M_PI);
+    m->sine[c] = (float)sin((c + 0.5) / COLUMNS * M_PI);
+  }
 }
 
-/* Point p of the finer rings and sectors for the incidence in the plane y = 0. */
-static void put_point(double cos_i, size_t p, scratch *s) {
-  double fine = (double)(p / COLUMNS), low = fine / (RINGS * FINE);
-  double high = (fine + 1) / (RINGS * FINE), middle = 0.5 * (low + high);
-  double v = pow(middle, 4), width = pow(high, 4) - pow(low, 4);
-  double phi = ((double)(p % COLUMNS) + 0.5) / COLUMNS * M_PI;
-  double sin_i = sqrt(1 - cos_i * cos_i), side = sqrt(v), up = sqrt(1 - v);
-  double h[3] = {side * cos(phi), side * sin(phi), up}, i_h = sin_i * h[0] + cos_i * up;
-  double o[3] = {2 * i_h * h[0] - sin_i, 2 * i_h * h[1], 2 * i_h * up - cos_i};
-  /* both signs of the azimuth; dh = dv dphi / (2 cos(theta_h)), dwo = 4 (wo.h) dh */
-  double solid = 2 * width * M_PI / COLUMNS / (2 * up) * 4 * i_h;
-  s->weight[p] = i_h > 0 && o[2] > 0 ? solid * o[2] : 0;
-  for (int a = 0; a < 3; a++)
-    s->wo[p][a] = (float)o[a];
-  s->wi[p][0] = (float)sin_i;
-  s->wi[p][1] = 0;
-  s->wi[p][2] = (float)cos_i;
+/* A ring's directions for wi in the plane y = 0, and cos(theta_o) dwo: what a value counts. */
+static void put_block(const making *m, int ring, const float wi[3], float (*wis)[3], float (*wo)[3],
+                      float *weight) {
+  for (int p = 0; p < BLOCK; p++) {
+    int r = ring * FINE + p / COLUMNS, c = p % COLUMNS;
+    float h[3] = {m->side[r] * m->cosine[c], m->side[r] * m->sine[c], m->up[r]};
+    float along = wi[0] * h[0] + wi[2] * h[2];
+    for (int a = 0; a < 3; a++) {
+      wis[p][a] = wi[a];
+      wo[p][a] = 2 * along * h[a] - wi[a];
+    }
+    weight[p] = along > 0 && wo[p][2] > 0 ? m->solid[r] * along * wo[p][2] : 0;
+  }
+}
+
+/* Adds up a sector's points, cell[channels]; returns the sum over channels. */
+static double cell_mass(const float *weight, const float *value, size_t channels, int sector,
+                        float *cell) {
+  double sum = 0;
+  memset(cell, 0, channels * sizeof *cell);
+  for (int f = 0; f < FINE * FINE_SECTORS; f++) {
+    int p = f / FINE_SECTORS * COLUMNS + sector * FINE_SECTORS + f % FINE_SECTORS;
+    const float *v = value + (size_t)p * channels;
+    for (size_t c = 0; c < channels && weight[p] > 0; c++)
+      cell[c] += weight[p] * v[c];
+  }
+  for (size_t c = 0; c < channels; c++)
+    sum += (double)cell[c];
+  return sum;
 }
 
 /* What each cell reflects, of all channels; the albedo on the way. */
-static double cell_masses(const scratch *s, size_t channels, double (*mass)[SECTORS],
-                          float *albedo) {
-  double total = 0, sums[RINGS][SECTORS] = {{0}};
-  for (size_t c = 0; c < channels; c++) {
-    double sum = 0;
-    for (size_t p = 0; p < POINTS; p++) {
-      double part = s->weight[p] * (double)s->value[p * channels + c];
-      sums[p / (COLUMNS * FINE)][p % COLUMNS / FINE_SECTORS] += part;
-      sum += part;
+static double cell_masses(const making *m, size_t node, hetab_eval_fn eval, float *scratch,
+                          double (*mass)[SECTORS]) {
+  size_t channels = m->sampler->channels;
+  double cos_i = hetab_sampler_cos_i(node), total = 0;
+  const float wi[3] = {(float)sqrt(1 - cos_i * cos_i), 0, (float)cos_i};
+  float wis[BLOCK][3], wo[BLOCK][3], weight[BLOCK], *cell = scratch + BLOCK * channels;
+  float *albedo = m->sampler->albedo + node * channels;
+  for (int r = 0; r < RINGS; r++) {
+    put_block(m, r, wi, wis, wo, weight);
+    for (size_t i = 0; i < BLOCK * channels && !eval; i++)
+      scratch[i] = 1;
+    if (eval)
+      eval(m->user, BLOCK, wis[0], wo[0], scratch);
+    for (int k = 0; k < SECTORS; k++) {
+      total += mass[r][k] = cell_mass(weight, scratch, channels, k, cell);
+      for (size_t c = 0; c < channels && eval; c++)
+        albedo[c] += cell[c];
     }
-    albedo[c] = (float)sum;
-    total += sum;
-  }
-  for (int r = 0; r < RINGS; r++)
-    for (int k = 0; k < SECTORS; k++)
-      mass[r][k] = sums[r][k];
-  return total;
-}
-
-/* A black table's directions: as the cosine's. */
-static double cosine_masses(const scratch *s, double (*mass)[SECTORS]) {
-  double total = 0;
-  for (size_t p = 0; p < POINTS; p++) {
-    mass[p / (COLUMNS * FINE)][p % COLUMNS / FINE_SECTORS] += s->weight[p];
-    total += s->weight[p];
   }
   return total;
 }
@@ -140,34 +158,65 @@ static void tabulate(double (*mass)[SECTORS], double total, hetab_incidence *out
   out->ring_cdf[RINGS] = 1;
 }
 
-static void fill_incidence(size_t node, hetab_eval_fn eval, const void *user, scratch *s,
-                           hetab_half_sampler *sampler) {
-  double mass[RINGS][SECTORS] = {{0}};
-  for (size_t p = 0; p < POINTS; p++)
-    put_point(cos_incidence(node), p, s);
-  eval(user, POINTS, (const float(*)[3])s->wi, (const float(*)[3])s->wo, s->value);
-  double total =
-      cell_masses(s, sampler->channels, mass, sampler->albedo + node * sampler->channels);
+static void fill_incidence(void *user, size_t node, int worker) {
+  const making *m = user;
+  double mass[RINGS][SECTORS];
+  float *scratch = m->scratch + (size_t)worker * scratch_size(m->sampler->channels);
+  double total = cell_masses(m, node, m->eval, scratch, mass);
   if (!(total > 0))
-    total = cosine_masses(s, mass);
-  tabulate(mass, total, &sampler->incidences[node]);
+    total = cell_masses(m, node, NULL, scratch, mass);
+  tabulate(mass, total, &m->sampler->incidences[node]);
+}
+
+/* The mean weight of samples that cover the square evenly. */
+static void fill_albedo(void *user, size_t node, int worker) {
+  const making *m = user;
+  size_t channels = m->sampler->channels;
+  float *weight = m->scratch + (size_t)worker * scratch_size(channels), *sum = weight + channels;
+  float *albedo = m->sampler->albedo + node * channels;
+  double cos_i = hetab_sampler_cos_i(node);
+  const float wi[3] = {(float)sqrt(1 - cos_i * cos_i), 0, (float)cos_i};
+  for (int row = 0; row < SQUARE; row++) {
+    memset(sum, 0, channels * sizeof *sum);
+    for (int column = 0; column < SQUARE; column++) {
+      const float u[2] = {((float)column + 0.5f) / SQUARE, ((float)row + 0.5f) / SQUARE};
+      m->weigh(m->user, wi, u, weight);
+      for (size_t c = 0; c < channels; c++)
+        sum[c] += weight[c];
+    }
+    for (size_t c = 0; c < channels; c++)
+      albedo[c] += sum[c] / (SQUARE * SQUARE);
+  }
+}
+
+static hetab_status make(hetab_context *ctx, making *m, hetab_piece_fn fill) {
+  size_t channels = m->sampler->channels;
+  m->sampler->albedo = hetab_alloc(ctx, NODES * channels, sizeof(float));
+  m->scratch =
+      hetab_alloc(ctx, (size_t)hetab_worker_count() * scratch_size(channels), sizeof *m->scratch);
+  hetab_status status = HETAB_ERR_MEMORY;
+  if (m->sampler->albedo && m->scratch)
+    status = hetab_each(ctx, NODES, fill, m);
+  free(m->scratch);
+  return status;
 }
 
 hetab_status hetab_sampler_create(hetab_context *ctx, size_t channels, hetab_eval_fn eval,
                                   const void *user, hetab_half_sampler *sampler) {
-  scratch s = {0};
+  making m = {.sampler = sampler, .eval = eval, .user = user};
   *sampler = (hetab_half_sampler){.channels = channels};
   sampler->incidences = hetab_alloc(ctx, NODES, sizeof *sampler->incidences);
-  sampler->albedo = hetab_alloc(ctx, NODES * channels, sizeof *sampler->albedo);
-  hetab_status status = make_scratch(ctx, channels, &s);
-  if (!sampler->incidences || !sampler->albedo)
-    status = HETAB_ERR_MEMORY;
-  for (size_t node = 0; node < NODES && status == HETAB_OK; node++) {
-    fill_incidence(node, eval, user, &s, sampler);
-    status = hetab_progress(ctx, (double)(node + 1), NODES);
-  }
-  clear_scratch(&s);
-  return status;
+  if (!sampler->incidences)
+    return HETAB_ERR_MEMORY;
+  make_points(&m);
+  return make(ctx, &m, fill_incidence);
+}
+
+hetab_status hetab_sampler_create_albedo(hetab_context *ctx, size_t channels, hetab_weigh_fn weigh,
+                                         const void *user, hetab_half_sampler *sampler) {
+  making m = {.sampler = sampler, .weigh = weigh, .user = user};
+  *sampler = (hetab_half_sampler){.channels = channels};
+  return make(ctx, &m, fill_albedo);
 }
 
 void hetab_sampler_clear(hetab_half_sampler *sampler) {
@@ -221,16 +270,14 @@ static void draw_half(const hetab_incidence *incidence, const float wi[3], float
     wo[a] = twice * h[a] - wi[a];
 }
 
-float hetab_sampler_draw(const hetab_half_sampler *sampler, const float wi[3], const float u[2],
-                         float wo[3]) {
-  float first = u[0];
+float hetab_sampler_draw(const hetab_half_sampler *sampler, const float wi[3], float uc,
+                         const float u[2], float wo[3], hetab_lookup_lobe *lobe) {
   between at = incidence_of(wi[2]);
-  if (choose(&first, cosine_share)) {
-    draw_cosine(first, u[1], wo);
-  } else {
-    size_t node = at.node + (size_t)choose(&first, at.fraction);
-    draw_half(&sampler->incidences[node], wi, first, u[1], wo);
-  }
+  *lobe = choose(&uc, cosine_share) ? HETAB_LOOKUP_DIFFUSE : HETAB_LOOKUP_GLOSSY;
+  if (*lobe == HETAB_LOOKUP_DIFFUSE)
+    draw_cosine(u[0], u[1], wo);
+  else
+    draw_half(&sampler->incidences[at.node + (size_t)choose(&uc, at.fraction)], wi, u[0], u[1], wo);
   return hetab_sampler_pdf(sampler, wi, wo);
 }
 
@@ -251,10 +298,18 @@ float hetab_sampler_pdf(const hetab_half_sampler *sampler, const float wi[3], co
   return cosine_share * wo[2] / pi_f + (1 - cosine_share) * lobe;
 }
 
-void hetab_sampler_albedo(const hetab_half_sampler *sampler, const float wi[3], float *value) {
-  size_t channels = sampler->channels;
-  between at = incidence_of(wi[2]);
-  const float *low = sampler->albedo + at.node * channels, *high = low + channels;
-  for (size_t c = 0; c < channels; c++)
-    value[c] = wi[2] > 0 ? low[c] + at.fraction * (high[c] - low[c]) : 0;
+void hetab_sampler_between(const float *rows, size_t channels, float cos_i,
+                           const hetab_band_places *places, float *value) {
+  between at = incidence_of(cos_i);
+  const float *low = rows + at.node * channels, *high = low + channels;
+  size_t count = places ? places->count : channels;
+  float upper[HETAB_BANDS_AT_ONCE];
+  if (places) {
+    hetab_band_values(places, channels, low, value);
+    hetab_band_values(places, channels, high, upper);
+    low = value;
+    high = upper;
+  }
+  for (size_t c = 0; c < count; c++)
+    value[c] = cos_i > 0 ? low[c] + at.fraction * (high[c] - low[c]) : 0;
 }

@@ -3,6 +3,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "core/each.h"
+
 /* What is smaller than the largest value by this many octaves counts as 0. The lowest logarithm is
  * a whole number, so that its power is exactly the floor. */
 static const float octaves = 46;
@@ -19,29 +21,57 @@ static hetab_lattice_place place_of(size_t h, size_t d, size_t k) {
   return (hetab_lattice_place){v, c, up - tilt, up + tilt};
 }
 
-static float fill(hetab_lattice_source source, const void *user, size_t channels, size_t stride,
-                  float *logs) {
-  float top = HETAB_LATTICE_ZERO;
-  for (size_t h = 0; h < HETAB_LATTICE_H; h++)
-    for (size_t d = 0; d < HETAB_LATTICE_D; d++)
-      for (size_t k = 0; k < HETAB_LATTICE_Q; k++, logs += stride) {
-        hetab_lattice_place place = place_of(h, d, k);
-        source(user, &place, logs);
-        for (size_t c = 0; c < channels; c++)
-          top = fmaxf(top, logs[c]);
-      }
-  return top;
+enum { PLANE = HETAB_LATTICE_D * HETAB_LATTICE_Q };
+
+static size_t node_of(size_t h, size_t d, size_t k) {
+  return h * PLANE + d * HETAB_LATTICE_Q + k;
 }
 
-static void encode(const float *logs, float top, hetab_lattice *lattice) {
-  size_t count = HETAB_LATTICE_NODES * lattice->stride;
-  lattice->low = fmaxf(ceilf(top), -70) - octaves;
+typedef struct filling {
+  hetab_lattice_source source;
+  const void *user;
+  hetab_lattice *lattice;
+  float *logs; /* as the lattice's codes */
+  float top[HETAB_LATTICE_D];
+} filling;
+
+/* Along theta_h neighbours read what is near in a dense table. */
+static void fill(void *user, size_t d, int worker) {
+  filling *f = user;
+  (void)worker;
+  f->top[d] = HETAB_LATTICE_ZERO;
+  for (size_t n = 0; n < HETAB_LATTICE_Q * HETAB_LATTICE_H; n++) {
+    size_t h = n % HETAB_LATTICE_H, k = n / HETAB_LATTICE_H;
+    hetab_lattice_place place = place_of(h, d, k);
+    float *logs = f->logs + node_of(h, d, k) * f->lattice->stride;
+    f->source(f->user, &place, logs);
+    for (size_t c = 0; c < f->lattice->channels; c++)
+      f->top[d] = logs[c] > f->top[d] ? logs[c] : f->top[d];
+  }
+}
+
+static void encode(void *user, size_t h, int worker) {
+  const filling *f = user;
+  const hetab_lattice *lattice = f->lattice;
+  size_t first = h * PLANE * lattice->stride;
+  (void)worker;
+  for (size_t i = first; i < first + PLANE * lattice->stride; i++) {
+    float code = (f->logs[i] - lattice->low) / lattice->step;
+    code = code > 0 ? code : 0;
+    lattice->codes[i] = (uint16_t)(int)((code < largest_code ? code : largest_code) + 0.5f);
+  }
+}
+
+static hetab_status fill_and_encode(hetab_context *ctx, filling *f) {
+  hetab_lattice *lattice = f->lattice;
+  float top = -70;
+  HETAB_TRY(hetab_each(ctx, HETAB_LATTICE_D, fill, f));
+  for (size_t d = 0; d < HETAB_LATTICE_D; d++)
+    top = fmaxf(top, ceilf(f->top[d]));
+  lattice->low = top - octaves;
   lattice->step = octaves / largest_code;
   lattice->floor = exp2f(lattice->low);
-  for (size_t i = 0; i < count; i++) {
-    float code = (logs[i] - lattice->low) / lattice->step;
-    lattice->codes[i] = (uint16_t)(fminf(fmaxf(code, 0), largest_code) + 0.5f);
-  }
+  return hetab_each(ctx, HETAB_LATTICE_H, encode, f);
 }
 
 size_t hetab_lattice_stride(size_t channels) {
@@ -52,13 +82,12 @@ hetab_status hetab_lattice_create(hetab_context *ctx, size_t channels, hetab_lat
                                   const void *user, hetab_lattice *lattice) {
   size_t stride = hetab_lattice_stride(channels);
   *lattice = (hetab_lattice){.channels = channels, .stride = stride};
-  float *logs = hetab_alloc(ctx, HETAB_LATTICE_NODES, stride * sizeof *logs);
-  if (logs)
-    lattice->codes = hetab_alloc(ctx, HETAB_LATTICE_NODES, stride * sizeof *lattice->codes);
-  if (lattice->codes)
-    encode(logs, fill(source, user, channels, stride, logs), lattice);
-  free(logs);
-  return lattice->codes ? HETAB_OK : HETAB_ERR_MEMORY;
+  filling f = {.source = source, .user = user, .lattice = lattice};
+  f.logs = hetab_alloc(ctx, HETAB_LATTICE_NODES, stride * sizeof *f.logs);
+  lattice->codes = hetab_alloc(ctx, HETAB_LATTICE_NODES, stride * sizeof *lattice->codes);
+  hetab_status status = f.logs && lattice->codes ? fill_and_encode(ctx, &f) : HETAB_ERR_MEMORY;
+  free(f.logs);
+  return status;
 }
 
 void hetab_lattice_clear(hetab_lattice *lattice) {

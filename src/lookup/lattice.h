@@ -9,8 +9,9 @@
  *       sin(theta_d) (phi_d = 0) and cos(theta_h) cos(theta_d) (one direction on the horizon)
  * Every point of the unit cube is a pair of directions above the horizon: no cell needs a mask. In
  * the half vector's frame lobes keep their place at every incidence. ln f is linear in v for a
- * Gaussian lobe and even in c and q about their ends, so it is interpolated linearly in v, c^2 and
- * q^2 between nodes that crowd where the lobe and the grazing angles are:
+ * Gaussian lobe, in v / (1 - v) for the wide ones of slopes, and even in c and q about their ends,
+ * so it is interpolated linearly in v / (1.005 - v), c^2 and q^2 between nodes that crowd where the
+ * lobe and the grazing angles are:
  *   v = (h / (HETAB_LATTICE_H - 1))^4, c = (d / (HETAB_LATTICE_D - 1))^2,
  *   1 - q = (1 - k / (HETAB_LATTICE_Q - 1))^2
  * Values are log2 f in 16 bits over 46 octaves below the largest one: steps of 4.9e-4. */
@@ -21,13 +22,14 @@
 #include <stdint.h>
 
 #include "core/context.h"
+#include "table/band_places.h"
 
 /* Nodes along v, c and q. A third fewer each doubles the error, more gain little up to 75 degrees;
  * with three channels all of it stays in a core's second cache. */
 enum {
-  HETAB_LATTICE_H = 96,
+  HETAB_LATTICE_H = 112,
   HETAB_LATTICE_D = 80,
-  HETAB_LATTICE_Q = 25,
+  HETAB_LATTICE_Q = 21,
   HETAB_LATTICE_NODES = HETAB_LATTICE_H * HETAB_LATTICE_D * HETAB_LATTICE_Q,
   HETAB_LATTICE_BLOCK = 16 /* evaluations at once */
 };
@@ -59,8 +61,12 @@ hetab_status hetab_lattice_create(hetab_context *ctx, size_t channels, hetab_lat
                                   const void *user, hetab_lattice *lattice);
 void hetab_lattice_clear(hetab_lattice *lattice);
 
-/* value[count][channels], 1/sr; 0 below the horizon. */
-void hetab_lattice_eval(const hetab_lattice *lattice, size_t count, const float (*wi)[3],
-                        const float (*wo)[3], float *value);
+/* value[count][channels] of wi[count][3], wo[count][3], 1/sr; 0 below the horizon. */
+void hetab_lattice_eval(const hetab_lattice *lattice, size_t count, const float *wi,
+                        const float *wo, float *value);
+/* The same at places[count], whose values stand at value[i * width]. */
+void hetab_lattice_eval_places(const hetab_lattice *lattice, size_t count, const float *wi,
+                               const float *wo, const hetab_band_places *places, size_t width,
+                               float *value);
 
 #endif

@@ -4,6 +4,7 @@
 #include "lookup/lattice.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 enum { BLOCK = HETAB_LATTICE_BLOCK, WIDE = 8 };
@@ -19,12 +20,14 @@ typedef struct block {
 
 /* NaN becomes 0. */
 INLINE float limited(float x, float top) {
-  return x > 0 ? (x < top ? x : top) : 0;
+  x = x > 0 ? x : 0;
+  return x < top ? x : top;
 }
 
-/* The cell of `x`, in cells. */
+/* The cell of `x`, in cells, 0 to count - 1. */
 INLINE int32_t cell_of(float x, int count) {
-  return (int32_t)limited(x, (float)(count - 2));
+  int32_t cell = (int32_t)x;
+  return cell < count - 2 ? cell : count - 2;
 }
 
 INLINE float fourth(float x) {
@@ -45,26 +48,41 @@ typedef struct pairs {
   float i[3][BLOCK], o[3][BLOCK];
 } pairs;
 
+/* The fourth root of v or c^2 in cells of an axis. */
+INLINE int32_t root_cell(float x, int count) {
+  return cell_of(sqrtf(sqrtf(x)) * (float)(count - 1), count);
+}
+
+/* v as ln f is linear in it: nearly the tangent's square. */
+INLINE float tangent2(float v) {
+  return v / (1.005f - v);
+}
+
+/* In two loops, of which compilers make vectors. */
 INLINE void locate(const pairs *p, int lanes, block *b) {
   const float scale_h = 1.0f / (HETAB_LATTICE_H - 1), scale_d = 1.0f / (HETAB_LATTICE_D - 1);
+  float v[BLOCK], c2[BLOCK], q[BLOCK];
   for (int l = 0; l < lanes; l++) {
     float sx = p->i[0][l] + p->o[0][l], sy = p->i[1][l] + p->o[1][l];
     float sz = p->i[2][l] + p->o[2][l], lateral2 = sx * sx + sy * sy;
-    float length2 = lateral2 + sz * sz, v = limited(lateral2 / length2, 1);
-    float c2 = limited(0.25f * length2, 1), side = sqrtf(v * (1 - c2)), up = 0.5f * sz;
-    float tilt = 0.5f * fabsf(p->o[2][l] - p->i[2][l]);
-    float most = side < up ? side : up, q = limited(tilt / (most + 1e-20f), 1);
-    float at_h = sqrtf(sqrtf(v)) * (HETAB_LATTICE_H - 1);
-    float at_d = sqrtf(sqrtf(c2)) * (HETAB_LATTICE_D - 1);
-    float at_q = (1 - sqrtf(1 - q)) * (HETAB_LATTICE_Q - 1);
-    int32_t h = cell_of(at_h, HETAB_LATTICE_H), d = cell_of(at_d, HETAB_LATTICE_D);
-    int32_t k = cell_of(at_q, HETAB_LATTICE_Q);
-    float fh = (float)h, fd = (float)d, fk = (float)k;
-    b->h[l] = fraction(v, fourth(fh * scale_h), fourth((fh + 1) * scale_h));
-    b->d[l] = fraction(c2, fourth(fd * scale_d), fourth((fd + 1) * scale_d));
-    b->q[l] = fraction(q * q, q2_at(fk), q2_at(fk + 1));
-    b->node[l] = (h * HETAB_LATTICE_D + d) * HETAB_LATTICE_Q + k;
+    float length2 = lateral2 + sz * sz, up = 0.5f * sz;
+    v[l] = limited(lateral2 / length2, 1);
+    c2[l] = limited(0.25f * length2, 1);
+    float side = sqrtf(v[l] * (1 - c2[l])), tilt = 0.5f * fabsf(p->o[2][l] - p->i[2][l]);
+    float most = side < up ? side : up;
+    q[l] = limited(tilt / (most + 1e-20f), 1);
     b->above[l] = p->i[2][l] > 0 && p->o[2][l] > 0 ? 1 : 0;
+  }
+  for (int l = 0; l < lanes; l++) {
+    int32_t k = cell_of((1 - sqrtf(1 - q[l])) * (HETAB_LATTICE_Q - 1), HETAB_LATTICE_Q);
+    float fk = (float)k;
+    int32_t h = root_cell(v[l], HETAB_LATTICE_H), d = root_cell(c2[l], HETAB_LATTICE_D);
+    float fh = (float)h, fd = (float)d;
+    b->h[l] = fraction(tangent2(v[l]), tangent2(fourth(fh * scale_h)),
+                       tangent2(fourth((fh + 1) * scale_h)));
+    b->d[l] = fraction(c2[l], fourth(fd * scale_d), fourth((fd + 1) * scale_d));
+    b->q[l] = fraction(q[l] * q[l], q2_at(fk), q2_at(fk + 1));
+    b->node[l] = (h * HETAB_LATTICE_D + d) * HETAB_LATTICE_Q + k;
   }
 }
 
@@ -132,15 +150,16 @@ INLINE void gather_few(const hetab_lattice *lattice, const block *b, int lanes, 
   }
 }
 
+static const int corners[8] = {0,      1,          EDGE_D,          EDGE_D + 1,
+                               EDGE_H, EDGE_H + 1, EDGE_H + EDGE_D, EDGE_H + EDGE_D + 1};
+
 /* Eight channels of one pair. */
 INLINE void gather_wide(const uint16_t *corner, size_t stride, const float weight[8],
                         floats8 *out) {
-  static const int node[8] = {0,      1,          EDGE_D,          EDGE_D + 1,
-                              EDGE_H, EDGE_H + 1, EDGE_H + EDGE_D, EDGE_H + EDGE_D + 1};
   floats8 sum = {0};
   for (int n = 0; n < 8; n++) {
     codes8 codes;
-    memcpy(&codes, corner + (size_t)node[n] * stride, sizeof codes);
+    memcpy(&codes, corner + (size_t)corners[n] * stride, sizeof codes);
     sum += weight[n] * __builtin_convertvector(__builtin_convertvector(codes, ints8), floats8);
   }
   *out = sum;
@@ -161,17 +180,22 @@ INLINE void eval_few(const hetab_lattice *lattice, const block *b, int lanes, si
       value[l * channels + c] = b->above[l] * all.each[4 * l + c];
 }
 
-/* All channels of one pair. With `room` for a whole vector more they may end in rubbish. */
-INLINE void eval_row(const hetab_lattice *lattice, const block *b, int l, int room, float *value) {
-  size_t channels = lattice->channels, stride = lattice->stride;
-  const uint16_t *corner = lattice->codes + (size_t)b->node[l] * stride;
-  float weight[8], edge[4];
-  floats8 wide;
+INLINE void corner_weights(const block *b, int l, float weight[8]) {
+  float edge[4];
   edge_weights(b, l, edge);
   for (int e = 0; e < 4; e++) {
     weight[2 * e] = edge[e] * (1 - b->q[l]);
     weight[2 * e + 1] = edge[e] * b->q[l];
   }
+}
+
+/* All channels of one pair. With `room` for a whole vector more they may end in rubbish. */
+INLINE void eval_row(const hetab_lattice *lattice, const block *b, int l, int room, float *value) {
+  size_t channels = lattice->channels, stride = lattice->stride;
+  const uint16_t *corner = lattice->codes + (size_t)b->node[l] * stride;
+  float weight[8];
+  floats8 wide;
+  corner_weights(b, l, weight);
   for (size_t first = 0; first < channels; first += WIDE) {
     gather_wide(corner + first, stride, weight, &wide);
     decode(lattice, &wide);
@@ -180,6 +204,52 @@ INLINE void eval_row(const hetab_lattice *lattice, const block *b, int l, int ro
       memcpy(value + first, &wide, sizeof wide);
     else
       memcpy(value + first, &wide, (channels - first) * sizeof(float));
+  }
+}
+
+enum { LOW_SHIFT = __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__ ? 0 : 16, GROUP = 4 };
+
+/* A channel's code, and the next one's, in one load. */
+INLINE int32_t pair_at(const uint16_t *codes, uint32_t channel) {
+  int32_t pair;
+  memcpy(&pair, codes + channel, sizeof pair);
+  return pair;
+}
+
+/* Four places of one pair of directions, two nodes at once. */
+INLINE void gather_places(const hetab_lattice *lattice, const uint16_t *corner,
+                          const float weight[8], const uint32_t *at, const float *fraction,
+                          floats8 *out) {
+  floats8 low = {0}, high = {0};
+  for (int n = 0; n < 8; n += 2) {
+    const uint16_t *a = corner + (size_t)corners[n] * lattice->stride, *b = a + lattice->stride;
+    float v = weight[n], w = weight[n + 1];
+    ints8 pair = {pair_at(a, at[0]), pair_at(a, at[1]), pair_at(a, at[2]), pair_at(a, at[3]),
+                  pair_at(b, at[0]), pair_at(b, at[1]), pair_at(b, at[2]), pair_at(b, at[3])};
+    floats8 weights = {v, v, v, v, w, w, w, w};
+    low += weights * __builtin_convertvector((pair >> LOW_SHIFT) & 0xffff, floats8);
+    high += weights * __builtin_convertvector((pair >> (16 - LOW_SHIFT)) & 0xffff, floats8);
+  }
+  floats8 t = {fraction[0], fraction[1], fraction[2], fraction[3],
+               fraction[0], fraction[1], fraction[2], fraction[3]};
+  low += t * (high - low);
+  for (int j = 0; j < GROUP; j++)
+    low[j] += low[j + GROUP];
+  decode(lattice, &low);
+  *out = low;
+}
+
+INLINE void eval_places(const hetab_lattice *lattice, const block *b, int l,
+                        const hetab_band_places *places, float *value) {
+  const uint16_t *corner = lattice->codes + (size_t)b->node[l] * lattice->stride;
+  float weight[8];
+  corner_weights(b, l, weight);
+  for (size_t first = 0; first < places->count; first += GROUP) {
+    floats8 four;
+    gather_places(lattice, corner, weight, places->first + first, places->fraction + first, &four);
+    four *= b->above[l];
+    memcpy(value + first, &four,
+           (places->count - first < GROUP ? places->count - first : GROUP) * sizeof *value);
   }
 }
 
@@ -213,49 +283,78 @@ INLINE void load(size_t count, int lanes, const float (*wi)[3], const float (*wo
 }
 
 INLINE void eval_block(const hetab_lattice *lattice, size_t count, int lanes, const float (*wi)[3],
-                       const float (*wo)[3], float *value) {
+                       const float (*wo)[3], const hetab_band_places *places, size_t width,
+                       float *value) {
   pairs p;
   block b;
   load(count, lanes, wi, wo, &p);
   locate(&p, lanes, &b);
   if (lanes > 1)
     prefetch(lattice, &b, lanes);
-  if (lattice->stride == 4)
+  if (places)
+    for (size_t l = 0; l < count; l++)
+      eval_places(lattice, &b, (int)l, &places[l], value + l * width);
+  else if (lattice->stride == 4)
     eval_few(lattice, &b, lanes, count, value);
   else
     eval_wide(lattice, &b, count, value);
 }
 
 INLINE void eval_all(const hetab_lattice *lattice, size_t count, const float (*wi)[3],
-                     const float (*wo)[3], float *value) {
+                     const float (*wo)[3], const hetab_band_places *places, size_t width,
+                     float *value) {
   if (count == 1) {
-    eval_block(lattice, 1, 1, wi, wo, value);
+    eval_block(lattice, 1, 1, wi, wo, places, width, value);
     return;
   }
   for (size_t first = 0; first < count; first += BLOCK) {
     size_t left = count - first < BLOCK ? count - first : BLOCK;
-    eval_block(lattice, left, BLOCK, wi + first, wo + first, value + first * lattice->channels);
+    eval_block(lattice, left, BLOCK, wi + first, wo + first, places ? places + first : NULL, width,
+               value + first * width);
   }
 }
 
 #if defined(__x86_64__)
-__attribute__((target("arch=x86-64-v3"))) static void eval_avx2(const hetab_lattice *lattice,
-                                                                size_t count, const float (*wi)[3],
-                                                                const float (*wo)[3],
-                                                                float *value) {
-  eval_all(lattice, count, wi, wo, value);
+#define WITH_AVX2 __attribute__((target("arch=x86-64-v3")))
+WITH_AVX2 static void eval_avx2(const hetab_lattice *lattice, size_t count, const float (*wi)[3],
+                                const float (*wo)[3], float *value) {
+  eval_all(lattice, count, wi, wo, NULL, lattice->channels, value);
 }
+
+WITH_AVX2 static void eval_places_avx2(const hetab_lattice *lattice, size_t count,
+                                       const float (*wi)[3], const float (*wo)[3],
+                                       const hetab_band_places *places, size_t width,
+                                       float *value) {
+  eval_all(lattice, count, wi, wo, places, width, value);
+}
+
+static bool has_avx2(void) {
+  return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
+         __builtin_cpu_supports("bmi2");
+}
+#else
+#define eval_avx2(lattice, count, wi, wo, value)                                                   \
+  eval_all(lattice, count, wi, wo, NULL, lattice->channels, value)
+#define eval_places_avx2 eval_all
+#define has_avx2() false
 #endif
 
 /* 31 channels gain 1.6 times from AVX2, three a little; neither gains more from AVX-512. */
-void hetab_lattice_eval(const hetab_lattice *lattice, size_t count, const float (*wi)[3],
-                        const float (*wo)[3], float *value) {
-#if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
-      __builtin_cpu_supports("bmi2")) {
-    eval_avx2(lattice, count, wi, wo, value);
-    return;
-  }
-#endif
-  eval_all(lattice, count, wi, wo, value);
+void hetab_lattice_eval(const hetab_lattice *lattice, size_t count, const float *wi,
+                        const float *wo, float *value) {
+  const float(*i)[3] = (const float(*)[3])wi, (*o)[3] = (const float(*)[3])wo;
+  if (has_avx2())
+    eval_avx2(lattice, count, i, o, value);
+  else
+    eval_all(lattice, count, i, o, NULL, lattice->channels, value);
+}
+
+void hetab_lattice_eval_places(const hetab_lattice *lattice, size_t count, const float *wi,
+                               const float *wo, const hetab_band_places *places, size_t width,
+                               float *value) {
+  const float(*i)[3] = (const float(*)[3])wi, (*o)[3] = (const float(*)[3])wo;
+  if (has_avx2())
+    eval_places_avx2(lattice, count, i, o, places, width, value);
+  else
+    eval_all(lattice, count, i, o, places, width, value);
 }

@@ -1,8 +1,7 @@
 #include <hetab/lookup.h>
 
 #include <math.h>
-#include <stdint.h>
-#include <stdio.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,10 +12,11 @@
 #include "lookup/half_sampler.h"
 #include "lookup/lattice.h"
 #include "lookup/merl_source.h"
+#include "rgl/rgl_look.h"
 #include "table/specular.h"
 #include "table/table_format.h"
 
-enum { BLOCK = 64 }; /* samples drawn before they are weighed */
+enum { BLOCK = 64 }; /* pairs that are dealt with together */
 
 struct hetab_lookup {
   size_t channels;
@@ -27,46 +27,151 @@ struct hetab_lookup {
   hetab_rgl *rgl;           /* evaluated and sampled by its own rules */
   hetab_half_sampler sampler;
   hetab_specular_table specular;
+  float delta[HETAB_SAMPLER_INCIDENCES]; /* of the samples, at an incidence */
 };
 
 /* ---- evaluation ---------------------------------------------------------------------------- */
 
-static int above(const float w[3]) {
+static bool above(const float w[3]) {
   return w[2] > 0;
 }
 
+static const float *asked_of(const hetab_lookup_query *query) {
+  return query ? query->lambda_um : NULL;
+}
+
+static size_t width_of(const hetab_lookup *table, const hetab_lookup_query *query) {
+  return asked_of(query) ? query->lambda_count : table->channels;
+}
+
+/* The places of some of a path's wavelengths. */
+static void places_of(const hetab_lookup *table, const hetab_lookup_query *query, size_t path,
+                      size_t first, hetab_band_places *places) {
+  size_t left = query->lambda_count - first;
+  hetab_band_places_of(table->lambda_um, table->channels,
+                       query->lambda_um + path * query->lambda_count + first,
+                       left < HETAB_BANDS_AT_ONCE ? left : HETAB_BANDS_AT_ONCE, places);
+}
+
+/* Without a lattice; pdf only of RGL tables, whose work it shares. */
 static void eval_one(const hetab_lookup *table, const float wi[3], const float wo[3],
-                     float *value) {
-  if (!above(wi) || !above(wo))
-    memset(value, 0, table->channels * sizeof *value);
-  else if (table->rgl)
-    hetab_rgl_eval(table->rgl, wi, wo, value);
+                     const hetab_band_places *places, float *value, float *pdf) {
+  if (table->rgl)
+    hetab_rgl_look(table->rgl, wi, wo, places, value, pdf);
+  else if (!above(wi) || !above(wo))
+    memset(value, 0, (places ? places->count : table->channels) * sizeof *value);
   else if (table->merl)
     hetab_merl_nearest(table->merl, wi, wo, value);
   else
-    hetab_dense_source_nearest(&table->dense, wi, wo, value);
+    hetab_band_values(places, table->channels, hetab_dense_source_nearest(&table->dense, wi, wo),
+                      value);
 }
 
-void hetab_lookup_eval_batch(const hetab_lookup *table, size_t count, const float (*wi)[3],
-                             const float (*wo)[3], float *value) {
-  if (table->lattice.codes && !table->merl && !table->dense.values) {
+/* Up to BLOCK pairs, at places or, NULL, all channels; value's rows are `width` long. */
+static void eval_at(const hetab_lookup *table, size_t count, const float *wi, const float *wo,
+                    const hetab_band_places *places, size_t width, float *value, float *pdf) {
+  if (table->lattice.codes && places)
+    hetab_lattice_eval_places(&table->lattice, count, wi, wo, places, width, value);
+  else if (table->lattice.codes)
     hetab_lattice_eval(&table->lattice, count, wi, wo, value);
+  else
+    for (size_t i = 0; i < count; i++)
+      eval_one(table, wi + 3 * i, wo + 3 * i, places ? &places[i] : NULL, value + i * width,
+               pdf ? &pdf[i] : NULL);
+}
+
+static void eval_block(const hetab_lookup *table, const hetab_lookup_query *query, size_t path,
+                       size_t count, const float *wi, const float *wo, float *value, float *pdf) {
+  hetab_band_places places[BLOCK];
+  size_t width = width_of(table, query);
+  if (!asked_of(query)) {
+    eval_at(table, count, wi, wo, NULL, width, value, pdf);
     return;
   }
-  for (size_t i = 0; i < count; i++)
-    eval_one(table, wi[i], wo[i], value + i * table->channels);
+  memset(value, 0, count * width * sizeof *value);
+  for (size_t first = 0; first < width && table->lambda_um; first += HETAB_BANDS_AT_ONCE) {
+    for (size_t i = 0; i < count; i++)
+      places_of(table, query, path + i, first, &places[i]);
+    eval_at(table, count, wi, wo, places, width, value + first, pdf);
+  }
 }
 
-void hetab_lookup_eval(const hetab_lookup *table, const float wi[3], const float wo[3],
-                       float *value) {
-  hetab_lookup_eval_batch(table, 1, (const float(*)[3])wi, (const float(*)[3])wo, value);
+/* The part of the samples that is the delta's. */
+static float delta_share(const hetab_lookup *table, const hetab_lookup_query *query, float cos_i) {
+  float share = 0;
+  if (table->specular.count && !(query && query->without_delta))
+    hetab_sampler_between(table->delta, 1, cos_i, NULL, &share);
+  return share;
+}
+
+static float pdf_of(const hetab_lookup *table, const float wi[3], const float wo[3]) {
+  float pdf = 0;
+  if (table->rgl)
+    hetab_rgl_look(table->rgl, wi, wo, NULL, NULL, &pdf);
+  else
+    pdf = hetab_sampler_pdf(&table->sampler, wi, wo);
+  return pdf;
+}
+
+void hetab_lookup_eval(const hetab_lookup *table, const hetab_lookup_query *query, size_t count,
+                       const float *wi, const float *wo, float *value, float *pdf) {
+  size_t width = width_of(table, query);
+  if (table->lattice.codes && value && !asked_of(query)) { /* the most common call, at once */
+    hetab_lattice_eval(&table->lattice, count, wi, wo, value);
+    value = NULL;
+  }
+  for (size_t first = 0; first < count && (value || pdf); first += BLOCK) {
+    size_t block = count - first < BLOCK ? count - first : BLOCK;
+    const float *i = wi + 3 * first, *o = wo + 3 * first;
+    if (value)
+      eval_block(table, query, first, block, i, o, value + first * width, pdf ? pdf + first : NULL);
+    for (size_t k = 0; k < block && pdf; k++) {
+      if (!value || !table->rgl)
+        pdf[first + k] = pdf_of(table, i + 3 * k, o + 3 * k);
+      pdf[first + k] *= 1 - delta_share(table, query, i[3 * k + 2]);
+    }
+  }
 }
 
 /* ---- opening ------------------------------------------------------------------------------- */
 
-static void eval_table(const void *user, size_t count, const float (*wi)[3], const float (*wo)[3],
+static void eval_table(const void *user, size_t count, const float *wi, const float *wo,
                        float *value) {
-  hetab_lookup_eval_batch(user, count, wi, wo, value);
+  hetab_lookup_eval(user, NULL, count, wi, wo, value, NULL);
+}
+
+static void weigh(const void *user, const float wi[3], const float u[2], float *weight) {
+  hetab_lookup_drawn drawn;
+  const hetab_lookup_query query = {.without_delta = 1};
+  hetab_lookup_sample(user, &query, 1, wi, u, u, &drawn, weight);
+}
+
+/* At each of the sampler's incidences, of all channels together. */
+static hetab_status share_samples(hetab_context *ctx, hetab_lookup *table) {
+  float *rho = hetab_alloc(ctx, table->channels, sizeof *rho);
+  if (!rho)
+    return HETAB_ERR_MEMORY;
+  for (size_t i = 0; i < HETAB_SAMPLER_INCIDENCES; i++) {
+    const float *albedo = table->sampler.albedo + i * table->channels;
+    double delta = 0, rest = 0;
+    hetab_specular_at(&table->specular, (float)hetab_sampler_cos_i(i), NULL, rho);
+    for (size_t c = 0; c < table->channels; c++) {
+      delta += (double)rho[c];
+      rest += (double)albedo[c];
+    }
+    table->delta[i] = delta > 0 ? (float)(delta / (delta + rest)) : 0;
+  }
+  free(rho);
+  return HETAB_OK;
+}
+
+/* A file beside a table that holds the delta as a lobe is another table's. */
+static hetab_status open_specular(hetab_context *ctx, const char *path, double cone,
+                                  hetab_lookup *table) {
+  table->specular.channels = table->channels;
+  return cone > 0.0 ? HETAB_OK
+                    : hetab_specular_beside(ctx, path, table->channels, table->lambda_um,
+                                            &table->specular);
 }
 
 static hetab_status open_merl(hetab_context *ctx, const char *path, hetab_lookup_rule rule,
@@ -74,6 +179,7 @@ static hetab_status open_merl(hetab_context *ctx, const char *path, hetab_lookup
   hetab_merl_source source = {0};
   table->channels = HETAB_MERL_CHANNELS;
   HETAB_TRY(hetab_merl_load(ctx, path, &table->merl));
+  double cone = hetab_merl_specular_cone(table->merl);
   if (rule == HETAB_LOOKUP_INTERPOLATE) {
     hetab_status status = hetab_merl_prepare(ctx, table->merl, &source);
     hetab_merl_free(table->merl);
@@ -83,7 +189,7 @@ static hetab_status open_merl(hetab_context *ctx, const char *path, hetab_lookup
     hetab_merl_source_clear(&source);
     HETAB_TRY(status);
   }
-  return hetab_specular_beside(ctx, path, table->channels, NULL, &table->specular);
+  return open_specular(ctx, path, cone, table);
 }
 
 static hetab_status copy_wavelengths(hetab_context *ctx, const double *lambda_um,
@@ -101,10 +207,10 @@ static hetab_status read_h5(hetab_context *ctx, hetab_h5_table *h5, const char *
   if (hetab_h5_wavelengths_um(h5))
     HETAB_TRY(copy_wavelengths(ctx, hetab_h5_wavelengths_um(h5), table));
   HETAB_TRY(hetab_specular_of_h5(ctx, h5, path, &table->specular));
-  HETAB_TRY(hetab_dense_source_load(ctx, h5, path, &table->dense));
-  if (rule == HETAB_LOOKUP_NEAREST)
+  bool nearest = rule == HETAB_LOOKUP_NEAREST;
+  HETAB_TRY(hetab_dense_source_load(ctx, h5, path, !nearest, &table->dense));
+  if (nearest)
     return HETAB_OK;
-  hetab_dense_source_prepare(&table->dense);
   HETAB_TRY(hetab_lattice_create(ctx, table->channels, hetab_dense_source_at, &table->dense,
                                  &table->lattice));
   hetab_dense_source_clear(&table->dense);
@@ -126,11 +232,7 @@ static hetab_status open_rgl(hetab_context *ctx, const char *path, hetab_lookup 
   table->channels = hetab_rgl_channel_count(table->rgl);
   if (lambda_um)
     HETAB_TRY(copy_wavelengths(ctx, lambda_um, table));
-  if (hetab_rgl_specular_cone(table->rgl) > 0) { /* a file beside it would add the delta twice */
-    table->specular.channels = table->channels;
-    return HETAB_OK;
-  }
-  return hetab_specular_beside(ctx, path, table->channels, table->lambda_um, &table->specular);
+  return open_specular(ctx, path, hetab_rgl_specular_cone(table->rgl), table);
 }
 
 static hetab_status open_file(hetab_context *ctx, const char *path, hetab_lookup_rule rule,
@@ -151,7 +253,11 @@ hetab_status hetab_lookup_open(hetab_context *ctx, const char *path, hetab_looku
     return HETAB_ERR_MEMORY;
   hetab_status status = open_file(ctx, path, rule, table);
   if (status == HETAB_OK)
-    status = hetab_sampler_create(ctx, table->channels, eval_table, table, &table->sampler);
+    status = table->rgl
+                 ? hetab_sampler_create_albedo(ctx, table->channels, weigh, table, &table->sampler)
+                 : hetab_sampler_create(ctx, table->channels, eval_table, table, &table->sampler);
+  if (status == HETAB_OK)
+    status = share_samples(ctx, table);
   if (status == HETAB_OK)
     *out = table;
   else
@@ -186,79 +292,93 @@ const double *hetab_lookup_wavelengths_um(const hetab_lookup *table) {
 
 /* ---- sampling ------------------------------------------------------------------------------ */
 
-static float draw(const hetab_lookup *table, const float wi[3], const float u[2], float wo[3]) {
-  if (!table->rgl)
-    return hetab_sampler_draw(&table->sampler, wi, u, wo);
-  return above(wi) ? hetab_rgl_sample(table->rgl, wi, u, wo) : 0;
+static void draw(const hetab_lookup *table, const float wi[3], float uc, const float u[2],
+                 hetab_lookup_drawn *drawn) {
+  if (!table->rgl) {
+    drawn->pdf = hetab_sampler_draw(&table->sampler, wi, uc, u, drawn->wo, &drawn->lobe);
+  } else {
+    drawn->pdf = above(wi) ? hetab_rgl_sample(table->rgl, wi, u, drawn->wo) : 0;
+    drawn->lobe = HETAB_LOOKUP_GLOSSY;
+  }
 }
 
-static float drawn_or_none(const hetab_lookup *table, const float wi[3], const float u[2],
-                           float wo[3]) {
-  float density = draw(table, wi, u, wo);
-  if (density > 0 && above(wo))
-    return density;
-  memset(wo, 0, 3 * sizeof *wo);
-  return 0;
+static void draw_lobe(const hetab_lookup *table, const hetab_lookup_query *query, const float wi[3],
+                      float uc, const float u[2], hetab_lookup_drawn *drawn) {
+  float share = delta_share(table, query, wi[2]);
+  *drawn = (hetab_lookup_drawn){.lobe = HETAB_LOOKUP_NONE};
+  if (uc < share) {
+    *drawn = (hetab_lookup_drawn){{-wi[0], -wi[1], wi[2]}, share, HETAB_LOOKUP_SPECULAR};
+    return;
+  }
+  draw(table, wi, fminf((uc - share) / (1 - share), 0.99999994f), u, drawn);
+  drawn->pdf *= 1 - share;
+  if (!(drawn->pdf > 0 && above(drawn->wo)))
+    *drawn = (hetab_lookup_drawn){.lobe = HETAB_LOOKUP_NONE};
 }
 
-void hetab_lookup_sample_batch(const hetab_lookup *table, size_t count, const float (*wi)[3],
-                               const float (*u)[2], float (*wo)[3], float *density, float *weight) {
-  size_t channels = table->channels;
+static void specular_at(const hetab_lookup *table, const hetab_lookup_query *query, size_t path,
+                        float cos_i, float *value) {
+  hetab_band_places places;
+  if (!asked_of(query)) {
+    hetab_specular_at(&table->specular, cos_i, NULL, value);
+    return;
+  }
+  memset(value, 0, query->lambda_count * sizeof *value);
+  for (size_t k = 0; k < query->lambda_count && table->lambda_um; k += HETAB_BANDS_AT_ONCE) {
+    places_of(table, query, path, k, &places);
+    hetab_specular_at(&table->specular, cos_i, &places, value + k);
+  }
+}
+
+void hetab_lookup_sample(const hetab_lookup *table, const hetab_lookup_query *query, size_t count,
+                         const float *wi, const float *uc, const float *u,
+                         hetab_lookup_drawn *drawn, float *weight) {
+  size_t width = width_of(table, query);
+  float wo[BLOCK][3];
   for (size_t first = 0; first < count; first += BLOCK) {
-    size_t end = count - first < BLOCK ? count : first + BLOCK;
-    for (size_t i = first; i < end; i++)
-      density[i] = drawn_or_none(table, wi[i], u[i], wo[i]);
-    hetab_lookup_eval_batch(table, end - first, wi + first, (const float(*)[3])wo + first,
-                            weight + first * channels);
-    for (size_t i = first; i < end; i++) {
-      float scale = density[i] > 0 ? wo[i][2] / density[i] : 0;
-      for (size_t c = 0; c < channels; c++)
-        weight[i * channels + c] *= scale;
+    size_t block = count - first < BLOCK ? count - first : BLOCK;
+    for (size_t k = 0; k < block; k++) {
+      size_t i = first + k;
+      draw_lobe(table, query, wi + 3 * i, uc[i], u + 2 * i, &drawn[i]);
+      memcpy(wo[k], drawn[i].wo, sizeof wo[k]);
+    }
+    eval_block(table, query, first, block, wi + 3 * first, wo[0], weight + first * width, NULL);
+    for (size_t i = first; i < first + block; i++) {
+      float scale = drawn[i].pdf > 0 ? drawn[i].wo[2] / drawn[i].pdf : 0;
+      if (drawn[i].lobe == HETAB_LOOKUP_SPECULAR) {
+        specular_at(table, query, i, wi[3 * i + 2], weight + i * width);
+        scale = 1 / drawn[i].pdf;
+      }
+      for (size_t c = 0; c < width; c++)
+        weight[i * width + c] *= scale;
     }
   }
 }
 
-float hetab_lookup_sample(const hetab_lookup *table, const float wi[3], const float u[2],
-                          float wo[3], float *weight) {
-  float density;
-  hetab_lookup_sample_batch(table, 1, (const float(*)[3])wi, (const float(*)[2])u, (float(*)[3])wo,
-                            &density, weight);
-  return density;
-}
-
-float hetab_lookup_pdf(const hetab_lookup *table, const float wi[3], const float wo[3]) {
-  if (!above(wi) || !above(wo))
-    return 0;
-  return table->rgl ? hetab_rgl_pdf(table->rgl, wi, wo)
-                    : hetab_sampler_pdf(&table->sampler, wi, wo);
-}
-
 /* ---- reflectances -------------------------------------------------------------------------- */
 
-void hetab_lookup_albedo(const hetab_lookup *table, const float wi[3], float *value) {
-  hetab_sampler_albedo(&table->sampler, wi, value);
+static void albedo_at(const hetab_lookup *table, const hetab_lookup_query *query, size_t path,
+                      float cos_i, float *value) {
+  hetab_band_places places;
+  const float *rows = table->sampler.albedo;
+  if (!asked_of(query)) {
+    hetab_sampler_between(rows, table->channels, cos_i, NULL, value);
+    return;
+  }
+  memset(value, 0, query->lambda_count * sizeof *value);
+  for (size_t k = 0; k < query->lambda_count && table->lambda_um; k += HETAB_BANDS_AT_ONCE) {
+    places_of(table, query, path, k, &places);
+    hetab_sampler_between(rows, table->channels, cos_i, &places, value + k);
+  }
 }
 
-void hetab_lookup_specular(const hetab_lookup *table, const float wi[3], float *value) {
-  hetab_specular_at(&table->specular, wi[2], value);
-}
-
-/* ---- many ---------------------------------------------------------------------------------- */
-
-void hetab_lookup_pdf_batch(const hetab_lookup *table, size_t count, const float (*wi)[3],
-                            const float (*wo)[3], float *density) {
-  for (size_t i = 0; i < count; i++)
-    density[i] = hetab_lookup_pdf(table, wi[i], wo[i]);
-}
-
-void hetab_lookup_albedo_batch(const hetab_lookup *table, size_t count, const float (*wi)[3],
-                               float *value) {
-  for (size_t i = 0; i < count; i++)
-    hetab_lookup_albedo(table, wi[i], value + i * table->channels);
-}
-
-void hetab_lookup_specular_batch(const hetab_lookup *table, size_t count, const float (*wi)[3],
-                                 float *value) {
-  for (size_t i = 0; i < count; i++)
-    hetab_lookup_specular(table, wi[i], value + i * table->channels);
+void hetab_lookup_albedo(const hetab_lookup *table, const hetab_lookup_query *query, size_t count,
+                         const float *wi, float *albedo, float *specular) {
+  size_t width = width_of(table, query);
+  for (size_t i = 0; i < count; i++) {
+    if (albedo)
+      albedo_at(table, query, i, wi[3 * i + 2], albedo + i * width);
+    if (specular)
+      specular_at(table, query, i, wi[3 * i + 2], specular + i * width);
+  }
 }

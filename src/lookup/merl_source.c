@@ -3,8 +3,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "lookup/stencil.h"
-
 enum { CHANNELS = HETAB_MERL_CHANNELS, HALF = HETAB_MERL_HALF, D = HETAB_MERL_THETA_D };
 
 static size_t row_of(int h, int d) {
@@ -79,11 +77,14 @@ hetab_status hetab_merl_prepare(hetab_context *ctx, const hetab_merl *merl,
   source->low = source->high - 50;
   for (size_t row = 0; row < ROWS; row++)
     finish_row(source, row, first_valid[row]);
-  return HETAB_OK;
+  HETAB_TRY(hetab_stencil_axis_create(ctx, source->sin2_h, HETAB_MERL_THETA_H, &source->h));
+  return hetab_stencil_axis_create(ctx, source->theta_d, D, &source->d);
 }
 
 void hetab_merl_source_clear(hetab_merl_source *source) {
   free(source->logs);
+  hetab_stencil_axis_clear(&source->h);
+  hetab_stencil_axis_clear(&source->d);
   source->logs = NULL;
 }
 
@@ -107,8 +108,8 @@ void hetab_merl_at(const void *user, const hetab_lattice_place *place, float *lo
   double side = sqrt(place->sin2_h * (1 - place->cos_d * place->cos_d));
   double cos_p = side > 0 ? fmin(0.5 * (place->mu_high - place->mu_low) / side, 1) : 0;
   double cells = acos(cos_p) / M_PI_2 * HALF;
-  hetab_stencil h = hetab_stencil_at(source->sin2_h, HETAB_MERL_THETA_H, place->sin2_h);
-  hetab_stencil d = hetab_stencil_at(source->theta_d, D, acos(place->cos_d));
+  hetab_stencil h = hetab_stencil_at(&source->h, place->sin2_h);
+  hetab_stencil d = hetab_stencil_at(&source->d, acos(place->cos_d));
   float sum[CHANNELS] = {0};
   for (int a = 0; a < h.count; a++)
     for (int b = 0; b < d.count; b++)

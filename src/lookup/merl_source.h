@@ -5,6 +5,7 @@
 #include <hetab/merl.h>
 
 #include "lookup/lattice.h"
+#include "lookup/stencil.h"
 #include "table/merl_frame.h"
 
 enum { HETAB_MERL_HALF = HETAB_MERL_PHI_D / 2 };
@@ -14,6 +15,7 @@ enum { HETAB_MERL_HALF = HETAB_MERL_PHI_D / 2 };
 typedef struct hetab_merl_source {
   float (*logs)[HETAB_MERL_CHANNELS]; /* [theta_h][theta_d][phi_d < 90] */
   double sin2_h[HETAB_MERL_THETA_H], theta_d[HETAB_MERL_THETA_D];
+  hetab_stencil_axis h, d;
   float low, high;
 } hetab_merl_source;
 

@@ -39,8 +39,8 @@ static const double observer_d65[BANDS][4] = {
     {0.01135916, 0.004102, 0, 71.6091},
 };
 
-/* What the 31 bands miss of D65's white point, whose X and Z this restores. */
-static const double WHITE[3] = {1.001126, 1.0, 1.001599};
+/* Of D65. */
+static const double WHITE[3] = {0.950470, 1.0, 1.088830};
 
 static hetab_status check_cover(hetab_context *ctx, const double *lambda_um, size_t count) {
   const double last_nm = FIRST_NM + STEP_NM * (BANDS - 1), slack_nm = 1e-6;
@@ -59,12 +59,13 @@ static hetab_status check_cover(hetab_context *ctx, const double *lambda_um, siz
 
 hetab_status hetab_xyz_weights(hetab_context *ctx, const double *lambda_um, size_t count,
                                double (*weights)[3]) {
-  double sum_y = 0.0;
+  double sum[3] = {0.0};
   HETAB_TRY(check_cover(ctx, lambda_um, count));
   for (size_t w = 0; w < count; w++)
     weights[w][0] = weights[w][1] = weights[w][2] = 0.0;
   for (int b = 0; b < BANDS; b++)
-    sum_y += observer_d65[b][1] * observer_d65[b][3];
+    for (int c = 0; c < 3; c++)
+      sum[c] += observer_d65[b][c] * observer_d65[b][3];
   size_t right = 1;
   for (int b = 0; b < BANDS; b++) {
     double lambda = 1e-3 * (FIRST_NM + STEP_NM * b);
@@ -74,7 +75,7 @@ hetab_status hetab_xyz_weights(hetab_context *ctx, const double *lambda_um, size
     double t = (lambda - lambda_um[left]) / (lambda_um[right] - lambda_um[left]);
     t = fmin(fmax(t, 0.0), 1.0);
     for (int c = 0; c < 3; c++) {
-      double weight = WHITE[c] * observer_d65[b][c] * observer_d65[b][3] / sum_y;
+      double weight = WHITE[c] * observer_d65[b][c] * observer_d65[b][3] / sum[c];
       weights[left][c] += (1.0 - t) * weight;
       weights[right][c] += t * weight;
     }
@@ -82,13 +83,16 @@ hetab_status hetab_xyz_weights(hetab_context *ctx, const double *lambda_um, size
   return HETAB_OK;
 }
 
-/* IEC 61966-2-1. */
+/* IEC 61966-2-1, each row scaled by some 1e-7 such that the white is (1, 1, 1). */
 void hetab_xyz_to_srgb(const double xyz[3], double rgb[3]) {
   static const double matrix[3][3] = {{3.2404542, -1.5371385, -0.4985314},
                                       {-0.9692660, 1.8760108, 0.0415560},
                                       {0.0556434, -0.2040259, 1.0572252}};
-  for (int c = 0; c < 3; c++)
-    rgb[c] = matrix[c][0] * xyz[0] + matrix[c][1] * xyz[1] + matrix[c][2] * xyz[2];
+  for (int c = 0; c < 3; c++) {
+    const double *m = matrix[c];
+    double white = m[0] * WHITE[0] + m[1] * WHITE[1] + m[2] * WHITE[2];
+    rgb[c] = (m[0] * xyz[0] + m[1] * xyz[1] + m[2] * xyz[2]) / white;
+  }
 }
 
 hetab_status hetab_srgb_weights(hetab_context *ctx, const double *lambda_um, size_t count,

@@ -37,18 +37,22 @@ double hetab_sin2_h(const hetab_pair *pair, double one_plus_cos) {
   return lateral2 > 0.0 ? lateral2 / (pair->mu2 + lateral2) : 0.0;
 }
 
+double hetab_fold_of_band(const hetab_fold *fold, size_t band, double theta_i, double theta_r,
+                          double sin2_h) {
+  place i = place_of(theta_i), r = place_of(theta_r);
+  const double *s = fold->s + band;
+  size_t bands = fold->bands;
+  double at_i = s[i.node * bands] + i.part * (s[(i.node + 1) * bands] - s[i.node * bands]);
+  double at_r = s[r.node * bands] + r.part * (s[(r.node + 1) * bands] - s[r.node * bands]);
+  return profile(fold, sin2_h) * (at_i * at_r);
+}
+
 void hetab_fold_add(const hetab_fold *fold, double theta_i, double theta_r, double sin2_h,
                     double *values) {
-  double k = profile(fold, sin2_h);
-  if (!(k > 0.0))
+  if (!(profile(fold, sin2_h) > 0.0))
     return;
-  place i = place_of(theta_i), r = place_of(theta_r);
-  const double *si = fold->s + i.node * fold->bands, *sr = fold->s + r.node * fold->bands;
-  for (size_t b = 0; b < fold->bands; b++) {
-    double at_i = si[b] + i.part * (si[b + fold->bands] - si[b]);
-    double at_r = sr[b] + r.part * (sr[b + fold->bands] - sr[b]);
-    values[b] += k * (at_i * at_r);
-  }
+  for (size_t b = 0; b < fold->bands; b++)
+    values[b] += hetab_fold_of_band(fold, b, theta_i, theta_r, sin2_h);
 }
 
 /* ---- construction -------------------------------------------------------------------------- */
@@ -116,6 +120,14 @@ static hetab_status fill(hetab_context *ctx, const hetab_surface *surface, const
   }
   free(matrix);
   return HETAB_OK;
+}
+
+hetab_status hetab_fold_check(hetab_context *ctx, double cone, double least, const char *table) {
+  if (!(cone > 0.0) || cone >= least * (1.0 - 1e-9))
+    return HETAB_OK;
+  return hetab_fail(ctx, HETAB_ERR_RANGE,
+                    "a specular cone of %g degrees is below two spacings of %s: take %.2g or more",
+                    hetab_degrees(cone), table, hetab_degrees(least));
 }
 
 hetab_status hetab_fold_create(hetab_context *ctx, const hetab_surface *surface,

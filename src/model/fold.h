@@ -19,6 +19,9 @@
 
 typedef struct hetab_fold hetab_fold;
 
+/* HETAB_ERR_RANGE for a cone above 0 that is below `least`, two spacings of the table named. */
+hetab_status hetab_fold_check(hetab_context *ctx, double cone, double least, const char *table);
+
 /* Of these bands of a surface; cone in radians, (0, pi/2]. */
 hetab_status hetab_fold_create(hetab_context *ctx, const hetab_surface *surface,
                                const hetab_band *bands, size_t count, double cone, bool is_flat,
@@ -28,6 +31,9 @@ void hetab_fold_free(hetab_fold *fold); /* NULL is fine */
 /* Adds the lobe, 1/sr, to values[bands] at a pair of directions with this sin^2(theta_h). */
 void hetab_fold_add(const hetab_fold *fold, double theta_i, double theta_r, double sin2_h,
                     double *values);
+
+double hetab_fold_of_band(const hetab_fold *fold, size_t band, double theta_i, double theta_r,
+                          double sin2_h);
 
 /* sin^2(theta_h) of a pair. */
 double hetab_sin2_h(const hetab_pair *pair, double one_plus_cos);

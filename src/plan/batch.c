@@ -13,6 +13,7 @@
 #include "core/angle.h"
 #include "core/context.h"
 #include "model/colour.h"
+#include "plan/fixed_error.h"
 #include "plan/plan_key.h"
 #include "plan/record.h"
 #include "plan/scene.h"
@@ -70,16 +71,19 @@ static void take_errors(job *j, const hetab_rgl_report *r, const hetab_plan_item
   j->result->fits = j->result->error_l1 <= asked && fabs(r->bias) <= asked / 3.0;
 }
 
+/* A budget is kept whatever the error: shapes and sharing are the plan's. */
+static bool is_bound(const job *j) {
+  return j->plan->table_error > j->plan->asked_error;
+}
+
 /* The surface as the table has it, and what is asked of the table. */
 static hetab_status prepare_rgl(job *j, const hetab_plan_item *table, hetab_surface **thinned,
                                 hetab_rgl_options *options) {
   const hetab_surface *surface = j->scene->surfaces[j->i];
   bool spectral = hetab_wanted_bands(j->scene) == HETAB_RGL_SPECTRAL;
-  /* A budget is kept whatever the error: the plan's shape is the table's. */
-  bool bound = j->plan->table_error > j->plan->asked_error;
   *options = (hetab_rgl_options){
       .bands = hetab_wanted_bands(j->scene),
-      .table_error = bound ? 1.0 : j->plan->table_error - table->wavelength_error,
+      .table_error = is_bound(j) ? 1.0 : j->plan->table_error - table->wavelength_error,
       .specular_cone = table->delta == HETAB_DELTA_FOLDED ? j->scene->specular_cone : 0.0,
       .theta_i_count = table->theta_i_count,
       .resolution = table->resolution};
@@ -89,13 +93,15 @@ static hetab_status prepare_rgl(job *j, const hetab_plan_item *table, hetab_surf
 
 static hetab_status make_grid(job *j, hetab_grid **grid) {
   char axis[64];
+  double spacing = j->plan->items[j->i].spacing_deg;
   HETAB_TRY(hetab_grid_create(j->ctx, grid));
   for (hetab_axis a = HETAB_THETA_I; a <= HETAB_THETA_R; a++) {
     double most = a == HETAB_THETA_I ? j->scene->max_theta_i : j->scene->max_theta_r;
-    snprintf(axis, sizeof axis, "0:%.10g:%zu", hetab_degrees(most), hetab_scene_thetas(most));
+    snprintf(axis, sizeof axis, "0:%.10g:%zu", hetab_degrees(most),
+             hetab_scene_thetas(most, spacing));
     HETAB_TRY(hetab_grid_set_axis(j->ctx, *grid, a, axis));
   }
-  snprintf(axis, sizeof axis, "0:180:%d", HETAB_SCENE_PHIS);
+  snprintf(axis, sizeof axis, "0:180:%zu", hetab_scene_phis(spacing));
   return hetab_grid_set_axis(j->ctx, *grid, HETAB_PHI, axis);
 }
 
@@ -110,13 +116,26 @@ static hetab_status write_file(job *j, hetab_engine *engine, const char *path,
   hetab_status status = prepare_rgl(j, item, &surface, &rgl);
   if (status == HETAB_OK)
     status = make_grid(j, &grid);
+  hetab_exr_options exr = {.element = hetab_wanted_element(j->plan->table_error)};
   const hetab_tabulate_to_options options = {
-      .rgl = &rgl, .merl = &merl, .grid = grid, .overwrite = 1};
+      .rgl = &rgl, .merl = &merl, .grid = grid, .exr = &exr, .overwrite = 1};
   if (status == HETAB_OK)
     status = hetab_tabulate_to(j->ctx, engine, surface, &path, 1, &options, report);
+  if (status == HETAB_OK && report->saturated) { /* a lobe above 65504 / sr */
+    exr.element = HETAB_EXR_FLOAT;
+    status = hetab_tabulate_to(j->ctx, engine, surface, &path, 1, &options, report);
+  }
   hetab_grid_free(grid);
   hetab_surface_free(surface);
   return status;
+}
+
+/* The file's numbers are the model's, far within the error of reading between them. */
+static hetab_status measure_fixed(job *j, const hetab_plan_item *item) {
+  HETAB_TRY(
+      hetab_fixed_error(j->ctx, j->scene, j->scene->surfaces[j->i], item, 2, &j->result->error_l1));
+  j->result->fits = j->result->error_l1 <= j->plan->table_error;
+  return HETAB_OK;
 }
 
 static hetab_status write_table(job *j, hetab_engine **engine) {
@@ -130,6 +149,8 @@ static hetab_status write_table(job *j, hetab_engine **engine) {
   HETAB_TRY(status);
   if (hetab_wants_rgl(j->scene))
     take_errors(j, &report.rgl, item);
+  else
+    HETAB_TRY(measure_fixed(j, item));
   HETAB_TRY(add_file(j, j->ending));
   bool beside = hetab_wants_rgl(j->scene) || j->scene->consumer == HETAB_CONSUMER_MERL;
   return beside && item->delta != HETAB_DELTA_FOLDED ? add_file(j, ".specular.csv") : HETAB_OK;
@@ -196,7 +217,7 @@ static void audit_energy(job *j, const hetab_rgl *rgl, const hetab_specular_tabl
     const float wi[3] = {(float)sin(theta), 0.0f, (float)cos(theta)};
     reflectance(rgl, wi, channels, f, value);
     if (delta->count)
-      hetab_specular_at(delta, wi[2], rho_s);
+      hetab_specular_at(delta, wi[2], NULL, rho_s);
     for (size_t c = 0; c < channels && delta->count; c++)
       value[c] += rho_s[c];
     for (size_t c = 0; c < channels; c++) {
@@ -237,7 +258,8 @@ static json_t *planned(const hetab_plan_item *item) {
   static const char *const deltas[] = {"left out", "beside", "material", "folded"};
   return json_pack("{sI sf sf sf ss sI}", "bytes", (json_int_t)item->bytes, "seconds",
                    item->seconds, "error_l1", item->error_l1, "energy_left_out",
-                   item->energy_left_out, "delta", deltas[item->delta], "wavelengths",
+                   item->energy_left_out, "delta",
+                   item->kind >= HETAB_PLAN_MIRROR ? "" : deltas[item->delta], "wavelengths",
                    (json_int_t)item->wavelengths);
 }
 
@@ -270,7 +292,7 @@ static hetab_status make(job *j, hetab_engine **engine) {
   j->result->fits = 1;
   if (shared && hetab_wants_rgl(j->scene))
     HETAB_TRY(measure_shared(j));
-  if (item->kind == HETAB_PLAN_TABLE || !j->result->fits) {
+  if (item->kind == HETAB_PLAN_TABLE || (!j->result->fits && !is_bound(j))) {
     shared = false;
     HETAB_TRY(write_table(j, engine));
   }

@@ -17,7 +17,7 @@
 /* ---- the page ------------------------------------------------------------------------------ */
 
 static const char page_styles[] =
-    "<style>td:nth-child(-n+4),th:nth-child(-n+4),td:last-child,th:last-child{text-align:left}"
+    "<style>td:nth-child(-n+5),th:nth-child(-n+5){text-align:left}"
     "th{cursor:pointer;vertical-align:bottom}td img{display:block;width:56px;height:56px}</style>";
 /* Sorted by a click on a column's head. */
 static const char page_script[] =
@@ -27,14 +27,12 @@ static const char page_script[] =
     "rows.sort((a,b)=>{const x=v(a),y=v(b),n=x-y;"
     "return(isNaN(n)?x.localeCompare(y):n)*(up?1:-1)});rows.forEach(r=>body.append(r))})</script>";
 
-/* Predicted beside measured; a dash where there is none. */
-static void page_pair(FILE *out, double expected, double measured, double scale, int digits) {
-  const double values[2] = {expected, measured};
-  for (int i = 0; i < 2; i++)
-    if (values[i] > 0.0)
-      fprintf(out, "<td data-v=\"%g\">%.*f</td>", values[i], digits, scale * values[i]);
-    else
-      fputs("<td data-v=\"0\">-</td>", out);
+/* A dash where there is none. */
+static void page_number(FILE *out, double value, double scale, int digits) {
+  if (value != 0.0)
+    fprintf(out, "<td data-v=\"%g\">%.*f</td>", value, digits, scale * value);
+  else
+    fputs("<td data-v=\"0\">-</td>", out);
 }
 
 static double table_bytes(const json_t *record) {
@@ -50,18 +48,19 @@ static void page_row(FILE *out, const json_t *r) {
   fputs("<tr><td>", out);
   if (*picture)
     fprintf(out, "<img alt=\"\" src=\"data:image/png;base64,%s\">", picture);
-  fprintf(out, "</td><td>%s</td><td>%s%s%s</td><td>%s</td>", name, hetab_record_text(r, "what"),
+  fprintf(out, "</td><td>%s</td><td class=\"b %s\">%s</td><td>%s%s%s</td><td>%s</td>", name,
+          *verdict == 'p' ? "PASS" : "FAIL", verdict, hetab_record_text(r, "what"),
           shares ? " with " : "", shares ? of : "", hetab_record_text(planned, "delta"));
-  page_pair(out, own ? hetab_record_number(planned, "bytes") : 0.0, table_bytes(r), 1e-6, 3);
-  page_pair(out, own ? hetab_record_number(planned, "seconds") : 0.0,
-            hetab_record_number(r, "seconds"), 1.0, 2);
-  page_pair(out, own ? hetab_record_number(planned, "error_l1") : 0.0,
-            hetab_record_number(r, "error_l1"), 100.0, 2);
-  fprintf(out, "<td data-v=\"%g\">%+.2f</td><td>%.3f</td><td>%.3f</td>",
-          hetab_record_number(r, "bias"), 100.0 * hetab_record_number(r, "bias"),
-          hetab_record_number(r, "energy"),
-          100.0 * hetab_record_number(planned, "energy_left_out"));
-  fprintf(out, "<td class=\"b %s\">%s</td></tr>\n", *verdict == 'p' ? "PASS" : "FAIL", verdict);
+  page_number(out, own ? hetab_record_number(planned, "bytes") : 0.0, 1e-6, 3);
+  page_number(out, table_bytes(r), 1e-6, 3);
+  page_number(out, own ? hetab_record_number(planned, "seconds") : 0.0, 1.0, 2);
+  page_number(out, hetab_record_number(r, "seconds"), 1.0, 2);
+  page_number(out, own ? hetab_record_number(planned, "error_l1") : 0.0, 100.0, 2);
+  page_number(out, hetab_record_number(r, "error_l1"), 100.0, 2);
+  page_number(out, hetab_record_number(r, "bias"), 100.0, 2);
+  page_number(out, hetab_record_number(r, "energy"), 1.0, 3);
+  page_number(out, hetab_record_number(planned, "energy_left_out"), 100.0, 3);
+  fputs("</tr>\n", out);
 }
 
 static hetab_status write_page(hetab_context *ctx, const hetab_scene *scene, const hetab_plan *plan,
@@ -78,10 +77,11 @@ static hetab_status write_page(hetab_context *ctx, const hetab_scene *scene, con
           "%s<p>Relative L1 error asked for: %.3g %%; planned: %.2f MB, %.1f s of one core, in "
           "place of %.0f MB of dense HDF5 tables. hetab %s. In pairs: expected, measured. A click "
           "on a column's head sorts.</p><div class=\"wide\"><table><thead><tr><th></th>"
-          "<th>surface</th><th>what</th><th>delta</th><th>MB,<br>expected</th><th><br>made</th>"
+          "<th>surface</th><th>verdict</th><th>what</th><th>delta</th><th>MB,<br>expected</"
+          "th><th><br>made</th>"
           "<th>seconds,<br>expected</th><th><br>taken</th><th>L1 error, %%,<br>expected</th>"
           "<th><br>measured</th><th>bias, %%</th><th>most<br>reflected</th><th>left out,<br>%%</th>"
-          "<th>verdict</th></tr></thead><tbody>\n",
+          "</tr></thead><tbody>\n",
           page_styles, 100.0 * plan->table_error, 1e-6 * plan->bytes, plan->seconds,
           1e-6 * plan->dense_bytes, hetab_version());
   json_array_foreach(records, i, record) page_row(page.stream, record);

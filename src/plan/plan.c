@@ -50,17 +50,26 @@ static hetab_status size_rgl(hetab_context *ctx, const hetab_probe *p, double ta
   return HETAB_OK;
 }
 
-static void size_fixed(const hetab_scene *scene, const hetab_surface *surface,
-                       hetab_plan_item *item) {
+static void size_merl(const hetab_probe *p, hetab_plan_item *item) {
+  item->wavelengths = 3;
+  item->bytes = (size_t)MERL_BYTES;
+  item->seconds = MERL_SECONDS;
+  item->error_l1 = p->error_l1;
+}
+
+/* Linear between nodes: the error goes with the square of their spacing. */
+static void size_dense(const hetab_scene *scene, const hetab_probe *p, double table_error,
+                       const hetab_surface *surface, hetab_plan_item *item) {
+  const double spare = 0.7, closest = 1.0, widest = 5.0;
   size_t bands = hetab_surface_band_count(surface);
-  double entries = hetab_scene_entries(scene);
-  item->wavelengths = scene->consumer == HETAB_CONSUMER_HDF5 ? bands : 3;
-  item->bytes =
-      (size_t)(scene->consumer == HETAB_CONSUMER_MERL ? MERL_BYTES
-                                                      : 4.0 * entries * (double)item->wavelengths);
-  item->seconds = scene->consumer == HETAB_CONSUMER_MERL
-                      ? MERL_SECONDS
-                      : DENSE_START + entries * (double)bands / DENSE_RATE;
+  item->spacing_deg = fmin(fmax(sqrt(spare * table_error / p->error_l1), closest), widest);
+  double entries = hetab_scene_entries(scene, item->spacing_deg);
+  bool hdf5 = scene->consumer == HETAB_CONSUMER_HDF5;
+  bool half = !hdf5 && hetab_wanted_element(table_error) == HETAB_EXR_HALF;
+  item->wavelengths = hdf5 ? bands : 3;
+  item->bytes = (size_t)((half ? 2.0 : 4.0) * entries * (double)item->wavelengths);
+  item->seconds = DENSE_START + entries * (double)bands / DENSE_RATE;
+  item->error_l1 = p->error_l1 * item->spacing_deg * item->spacing_deg;
 }
 
 /* All items at one error; the bytes of all. */
@@ -74,8 +83,10 @@ static hetab_status size_all(hetab_context *ctx, const job *job, double table_er
       continue;
     if (hetab_wants_rgl(job->scene))
       HETAB_TRY(size_rgl(ctx, &job->probes[i], table_error, item));
+    else if (job->scene->consumer == HETAB_CONSUMER_MERL)
+      size_merl(&job->probes[i], item);
     else
-      size_fixed(job->scene, job->scene->surfaces[i], item);
+      size_dense(job->scene, &job->probes[i], table_error, job->scene->surfaces[i], item);
     plan->bytes += (double)item->bytes;
     plan->seconds += item->seconds;
   }
@@ -100,7 +111,7 @@ static hetab_status fail_budget(hetab_context *ctx, const job *job) {
                                1e-6 * (double)plan->items[best].bytes);
   }
   char how[64] = "tables of this consumer have one size";
-  if (hetab_wants_rgl(job->scene))
+  if (job->scene->consumer != HETAB_CONSUMER_MERL)
     snprintf(how, sizeof how, "at an error of %g", LARGEST_ERROR);
   return hetab_fail(ctx, HETAB_ERR_RANGE,
                     "memory_mb %g is too little: %s, and together they take %.2f MB; most take %s; "
@@ -137,10 +148,23 @@ static bool same_bands(const hetab_surface *a, const hetab_surface *b) {
          memcmp(hetab_surface_bands(a), hetab_surface_bands(b), count * sizeof(hetab_band)) == 0;
 }
 
-/* Of one material: a lobe that is wider by a small part d differs by at most 2 d, relative L1. */
+static double slope(const hetab_surface *s) {
+  return hetab_surface_sigma0_um(s) / hetab_surface_tau_um(s);
+}
+
+/* 1/g at the longest wavelength and 80 degrees, where g is least. */
+static double inverse_g(const hetab_surface *s) {
+  double lambda_um = hetab_surface_bands(s)[hetab_surface_band_count(s) - 1].lambda_um;
+  double phase = 4.0 * M_PI * hetab_surface_sigma0_um(s) / lambda_um * cos(80.0 / 180.0 * M_PI);
+  return 1.0 / (phase * phase);
+}
+
+/* Of one material: a lobe that is wider by a small part d differs by at most 2 d, relative L1. For
+ * large g only the slope matters: h is off its limit by about 1.1 / g. */
 static double difference(const hetab_surface *a, const hetab_surface *b) {
-  return 2.0 * (fabs(log(hetab_surface_sigma0_um(a) / hetab_surface_sigma0_um(b))) +
-                fabs(log(hetab_surface_tau_um(a) / hetab_surface_tau_um(b))));
+  double of_slope = 2.0 * fabs(log(slope(a) / slope(b)));
+  double of_size = 4.0 * fabs(log(hetab_surface_sigma0_um(a) / hetab_surface_sigma0_um(b)));
+  return of_slope + fmin(of_size, 1.5 * fabs(inverse_g(a) - inverse_g(b)));
 }
 
 typedef struct ranked {
@@ -148,13 +172,13 @@ typedef struct ranked {
   size_t item;
 } ranked;
 
-static int by_tau(const void *a, const void *b) {
-  double tau_a = hetab_surface_tau_um(((const ranked *)a)->surface);
-  double tau_b = hetab_surface_tau_um(((const ranked *)b)->surface);
-  return (tau_a > tau_b) - (tau_a < tau_b);
+static int by_slope(const void *a, const void *b) {
+  double slope_a = slope(((const ranked *)a)->surface);
+  double slope_b = slope(((const ranked *)b)->surface);
+  return (slope_a < slope_b) - (slope_a > slope_b);
 }
 
-/* Ascending in tau: what could share stands close by. */
+/* Descending in slope: what could share stands close by. The batch measures it. */
 static hetab_status share(hetab_context *ctx, const job *job) {
   hetab_plan *plan = job->plan;
   double allowed = 0.3 * plan->asked_error;
@@ -163,13 +187,11 @@ static hetab_status share(hetab_context *ctx, const job *job) {
     return HETAB_ERR_MEMORY;
   for (size_t i = 0; i < plan->count; i++)
     order[i] = (ranked){job->scene->surfaces[i], i};
-  qsort(order, plan->count, sizeof *order, by_tau);
+  qsort(order, plan->count, sizeof *order, by_slope);
   for (size_t n = 1; n < plan->count; n++)
     for (size_t m = n; m-- > 0;) {
       hetab_plan_item *item = &plan->items[order[n].item], *other = &plan->items[order[m].item];
-      double ratio =
-          hetab_surface_tau_um(order[n].surface) / hetab_surface_tau_um(order[m].surface);
-      if (2.0 * log(ratio) > allowed)
+      if (2.0 * log(slope(order[m].surface) / slope(order[n].surface)) > allowed)
         break;
       if (item->kind == HETAB_PLAN_TABLE && other->kind == HETAB_PLAN_TABLE &&
           item->delta == other->delta &&

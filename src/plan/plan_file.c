@@ -17,12 +17,13 @@
 
 static bool unpack_item(const json_t *json, size_t count, hetab_plan_item *item) {
   json_int_t kind, shares, delta, wavelengths, theta_i, resolution, bytes;
-  if (json_unpack((json_t *)json, "{sI sI sI sb sF sF sF sI sF sI sI sI sF sF}", "kind", &kind,
+  if (json_unpack((json_t *)json, "{sI sI sI sb sF sF sF sI sF sI sI sF sI sF sF}", "kind", &kind,
                   "shares", &shares, "delta", &delta, "diffuse", &item->diffuse, "delta_share",
                   &item->delta_share, "energy_left_out", &item->energy_left_out, "plain_error",
                   &item->plain_error, "wavelengths", &wavelengths, "wavelength_error",
-                  &item->wavelength_error, "theta_i", &theta_i, "resolution", &resolution, "bytes",
-                  &bytes, "seconds", &item->seconds, "error_l1", &item->error_l1) != 0)
+                  &item->wavelength_error, "theta_i", &theta_i, "resolution", &resolution,
+                  "spacing_deg", &item->spacing_deg, "bytes", &bytes, "seconds", &item->seconds,
+                  "error_l1", &item->error_l1) != 0)
     return false;
   item->kind = (hetab_plan_kind)kind;
   item->delta = (hetab_delta)delta;
@@ -36,14 +37,14 @@ static bool unpack_item(const json_t *json, size_t count, hetab_plan_item *item)
 }
 
 static json_t *pack_item(const hetab_plan_item *item) {
-  return json_pack("{sI sI sI sb sf sf sf sI sf sI sI sI sf sf}", "kind", (json_int_t)item->kind,
+  return json_pack("{sI sI sI sb sf sf sf sI sf sI sI sf sI sf sf}", "kind", (json_int_t)item->kind,
                    "shares", (json_int_t)item->shares, "delta", (json_int_t)item->delta, "diffuse",
                    item->diffuse, "delta_share", item->delta_share, "energy_left_out",
                    item->energy_left_out, "plain_error", item->plain_error, "wavelengths",
                    (json_int_t)item->wavelengths, "wavelength_error", item->wavelength_error,
                    "theta_i", (json_int_t)item->theta_i_count, "resolution",
-                   (json_int_t)item->resolution, "bytes", (json_int_t)item->bytes, "seconds",
-                   item->seconds, "error_l1", item->error_l1);
+                   (json_int_t)item->resolution, "spacing_deg", item->spacing_deg, "bytes",
+                   (json_int_t)item->bytes, "seconds", item->seconds, "error_l1", item->error_l1);
 }
 
 /* NULL if the file does not hold the plan of that key, whatever else it holds. */

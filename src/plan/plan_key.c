@@ -56,10 +56,11 @@ hetab_status hetab_item_key(hetab_context *ctx, const hetab_scene *scene, const 
   const hetab_plan_item *item = &plan->items[i];
   char text[512], of_surface[HETAB_KEY];
   HETAB_TRY(hetab_surface_key(ctx, scene, i, of_surface));
-  int length = snprintf(text, sizeof text, "%s %d %d %a %s %zu %zu %zu %a", of_surface,
-                        (int)item->kind, (int)item->delta, scene->specular_cone,
-                        hetab_surface_name(scene->surfaces[item->shares]), item->wavelengths,
-                        item->theta_i_count, item->resolution, plan->table_error);
+  int length =
+      snprintf(text, sizeof text, "%s %d %d %a %s %zu %zu %zu %a %a", of_surface, (int)item->kind,
+               (int)item->delta, scene->specular_cone,
+               hetab_surface_name(scene->surfaces[item->shares]), item->wavelengths,
+               item->theta_i_count, item->resolution, item->spacing_deg, plan->table_error);
   hetab_md5(text, (size_t)length, key);
   return HETAB_OK;
 }

@@ -1,6 +1,7 @@
 #include "plan/probe.h"
 
 #include <dirent.h>
+#include <math.h>
 #include <pthread.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -15,6 +16,7 @@
 #include "core/context.h"
 #include "core/cpus.h"
 #include "core/md5.h"
+#include "plan/fixed_error.h"
 #include "plan/plan_key.h"
 #include "plan/scene.h"
 #include "rgl/rgl_model.h"
@@ -29,15 +31,22 @@ static double thread_seconds(void) {
   return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-/* Bytes go with the number of wavelengths, which goes with its error to -1/2, times the shape's to
- * -3/2. */
+/* A table's bytes go with the wavelengths, and with the error that they leave to its shape to the
+ * power of -3/2. The least of several that fall with the error falls with it, too. */
 void hetab_choose_wavelengths(const hetab_plan_counts *counts, double table_error,
                               hetab_plan_item *item) {
-  size_t c = 0;
-  while (c + 1 < counts->choices && counts->error[c] > 0.25 * table_error)
-    c++;
-  item->wavelengths = counts->choices ? counts->count[c] : 3;
-  item->wavelength_error = counts->choices ? counts->error[c] : 0.0;
+  double least = INFINITY;
+  item->wavelengths = 3;
+  item->wavelength_error = 0.0;
+  for (size_t c = 0; c < counts->choices; c++) {
+    double left = table_error - counts->error[c],
+           bytes = (double)counts->count[c] * pow(left, -1.5);
+    if (left <= 0.5 * table_error || !(bytes < least))
+      continue;
+    least = bytes;
+    item->wavelengths = counts->count[c];
+    item->wavelength_error = counts->error[c];
+  }
 }
 
 static hetab_status forecast(hetab_context *ctx, const hetab_surface *surface,
@@ -77,9 +86,11 @@ static hetab_status probe(hetab_context *ctx, const hetab_scene *scene, size_t i
   const hetab_surface *surface = scene->surfaces[i];
   item->shares = i;
   HETAB_TRY(hetab_plan_terms(ctx, scene, surface, item));
-  return item->kind == HETAB_PLAN_TABLE && hetab_wants_rgl(scene)
-             ? probe_rgl(ctx, scene, surface, item, out)
-             : HETAB_OK;
+  if (item->kind != HETAB_PLAN_TABLE)
+    return HETAB_OK;
+  item->spacing_deg = 1.0;
+  return hetab_wants_rgl(scene) ? probe_rgl(ctx, scene, surface, item, out)
+                                : hetab_fixed_error(ctx, scene, surface, item, 1, &out->error_l1);
 }
 
 /* ---- chunks -------------------------------------------------------------------------------- */

@@ -15,10 +15,11 @@ typedef struct hetab_probe {
   hetab_rgl_forecast forecast;
   hetab_plan_counts counts; /* of wavelengths, of spectra */
   double seconds;           /* of the forecast */
+  double error_l1;          /* of a table that is no RGL: at a spacing of 1 degree */
   char description[256];
 } hetab_probe;
 
-/* Of spectra, the fewest wavelengths that leave three quarters of the error to the shape. */
+/* Of spectra, the wavelengths of the smallest table; 3 of linear sRGB. */
 void hetab_choose_wavelengths(const hetab_plan_counts *counts, double table_error,
                               hetab_plan_item *item);
 

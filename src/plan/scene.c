@@ -37,15 +37,20 @@ const char *hetab_scene_output(const hetab_scene *scene) {
   return scene->output;
 }
 
-/* HDF5 and OpenEXR: a node a degree, as the default grid has. */
-size_t hetab_scene_thetas(double most) {
-  size_t count = (size_t)ceil(hetab_degrees(most) - 1e-9);
+/* At 1 degree the default grid's: 90 to 90 degrees. */
+size_t hetab_scene_thetas(double most, double spacing_deg) {
+  size_t count = (size_t)ceil(hetab_degrees(most) / spacing_deg - 1e-9);
   return count > 1 ? count : 2;
 }
 
-double hetab_scene_entries(const hetab_scene *scene) {
-  return (double)hetab_scene_thetas(scene->max_theta_i) *
-         (double)hetab_scene_thetas(scene->max_theta_r) * HETAB_SCENE_PHIS;
+size_t hetab_scene_phis(double spacing_deg) {
+  return (size_t)ceil(180.0 / spacing_deg - 1e-9) + 1;
+}
+
+double hetab_scene_entries(const hetab_scene *scene, double spacing_deg) {
+  return (double)hetab_scene_thetas(scene->max_theta_i, spacing_deg) *
+         (double)hetab_scene_thetas(scene->max_theta_r, spacing_deg) *
+         (double)hetab_scene_phis(spacing_deg);
 }
 
 size_t hetab_scene_surface_count(const hetab_scene *scene) {

@@ -4,6 +4,7 @@
 
 #include <stdbool.h>
 
+#include <hetab/exr.h>
 #include <hetab/plan.h>
 #include <hetab/rgl.h>
 
@@ -18,10 +19,10 @@ struct hetab_scene {
   char *output;                                  /* NULL: none */
 };
 
-/* The grid of HDF5 and OpenEXR tables: incidences up to `most`, as many views, and azimuths. */
-enum { HETAB_SCENE_PHIS = 181 };
-size_t hetab_scene_thetas(double most);
-double hetab_scene_entries(const hetab_scene *scene);
+/* The grid of HDF5 and OpenEXR tables: incidences or views up to `most`, and azimuths. */
+size_t hetab_scene_thetas(double most, double spacing_deg);
+size_t hetab_scene_phis(double spacing_deg);
+double hetab_scene_entries(const hetab_scene *scene, double spacing_deg);
 
 /* RGL tables: all but MERL, HDF5 and OpenEXR. Those of spectra among them. */
 static inline bool hetab_wants_rgl(const hetab_scene *scene) {
@@ -31,6 +32,10 @@ static inline hetab_rgl_bands hetab_wanted_bands(const hetab_scene *scene) {
   return scene->consumer == HETAB_MITSUBA_SPECTRAL || scene->consumer == HETAB_PBRT
              ? HETAB_RGL_SPECTRAL
              : HETAB_RGL_RGB;
+}
+/* OpenEXR: half floats, whose steps are 0.05 %, unless the error is of that size. */
+static inline hetab_exr_element hetab_wanted_element(double table_error) {
+  return table_error >= 0.005 ? HETAB_EXR_HALF : HETAB_EXR_FLOAT;
 }
 /* Whether the consumer has conductors of its own. */
 static inline bool hetab_has_materials(const hetab_scene *scene) {

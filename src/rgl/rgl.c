@@ -3,10 +3,12 @@
  *   f cos(theta_o) = spectra(s) ndf(u_m) / (4 sigma(u_wi)). */
 #include "core/angle.h"
 #include "rgl/rgl_internal.h"
+#include "rgl/rgl_look.h"
 
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 static const float pi = 3.14159265358979323846f;
 
@@ -137,41 +139,77 @@ static float spectrum_at(const hetab_rgl *rgl, const hetab_blend *blend, const h
   return sum;
 }
 
-float hetab_rgl_place(const hetab_rgl *rgl, const float wi[3], const float wo[3],
-                      hetab_blend *blend, hetab_cell *cell) {
+/* A pair of directions by the table's maps. */
+typedef struct place {
+  incidence in;
   float m[3], u_m[2], s[2];
-  if (!(wi[2] > 0.0f && wo[2] > 0.0f && half_vector(wi, wo, m)))
-    return 0.0f;
-  incidence in = incidence_of(rgl, wi);
-  place_of(m, in.phi, u_m);
-  hetab_warp_invert(&rgl->vndf, &in.blend, u_m, s);
-  *blend = in.blend;
-  *cell = hetab_cell_at(rgl->resolution, rgl->resolution, s);
+  float density; /* of the vndf at u_m */
+} place;
+
+static int place_pair(const hetab_rgl *rgl, const float wi[3], const float wo[3], place *p) {
+  if (!(wi[2] > 0.0f && wo[2] > 0.0f && half_vector(wi, wo, p->m)))
+    return 0;
+  p->in = incidence_of(rgl, wi);
+  place_of(p->m, p->in.phi, p->u_m);
+  p->density = hetab_warp_invert(&rgl->vndf, &p->in.blend, p->u_m, p->s);
+  return 1;
+}
+
+static float factor_of(const hetab_rgl *rgl, const place *p) {
   if (!rgl->jacobian)
     return 1.0f;
-  float u_wi[2] = {hetab_rgl_theta_to_u(in.theta), (in.phi + pi) * (0.5f / pi)};
-  return fminf(map_value(&rgl->ndf, u_m) / (4.0f * map_value(&rgl->sigma, u_wi)), FLT_MAX);
+  float u_wi[2] = {hetab_rgl_theta_to_u(p->in.theta), (p->in.phi + pi) * (0.5f / pi)};
+  return fminf(map_value(&rgl->ndf, p->u_m) / (4.0f * map_value(&rgl->sigma, u_wi)), FLT_MAX);
+}
+
+float hetab_rgl_place(const hetab_rgl *rgl, const float wi[3], const float wo[3],
+                      hetab_blend *blend, hetab_cell *cell) {
+  place p;
+  if (!place_pair(rgl, wi, wo, &p))
+    return 0.0f;
+  *blend = p.in.blend;
+  *cell = hetab_cell_at(rgl->resolution, rgl->resolution, p.s);
+  return factor_of(rgl, &p);
+}
+
+static void values_of(const hetab_rgl *rgl, const place *p, float mu,
+                      const hetab_band_places *places, float *value) {
+  hetab_cell cell = hetab_cell_at(rgl->resolution, rgl->resolution, p->s);
+  float factor = fminf(fminf(1.0f / mu, FLT_MAX) * factor_of(rgl, p), FLT_MAX);
+  size_t count = places ? places->count : rgl->channels;
+  for (size_t i = 0; i < count; i++) {
+    size_t first = places ? places->first[i] : i;
+    float at = spectrum_at(rgl, &p->in.blend, &cell, first);
+    if (places && places->fraction[i] > 0.0f)
+      at += places->fraction[i] * (spectrum_at(rgl, &p->in.blend, &cell, first + 1) - at);
+    value[i] = factor > 0.0f ? fminf(factor * at, FLT_MAX) : 0.0f;
+  }
+}
+
+void hetab_rgl_look(const hetab_rgl *rgl, const float wi[3], const float wo[3],
+                    const hetab_band_places *places, float *value, float *pdf) {
+  place p;
+  int found = place_pair(rgl, wi, wo, &p);
+  if (value && found)
+    values_of(rgl, &p, wo[2], places, value);
+  else if (value)
+    memset(value, 0, (places ? places->count : rgl->channels) * sizeof *value);
+  if (pdf && found)
+    *pdf = fminf(p.density * hetab_warp_density(&rgl->luminance, &p.in.blend, p.s) /
+                     jacobian(wi, p.m, p.u_m[0]),
+                 FLT_MAX);
+  else if (pdf)
+    *pdf = 0.0f;
 }
 
 void hetab_rgl_eval(const hetab_rgl *rgl, const float wi[3], const float wo[3], float *value) {
-  hetab_blend blend;
-  hetab_cell cell;
-  float factor = hetab_rgl_place(rgl, wi, wo, &blend, &cell);
-  if (factor > 0.0f)
-    factor = fminf(fminf(1.0f / wo[2], FLT_MAX) * factor, FLT_MAX);
-  for (size_t c = 0; c < rgl->channels; c++)
-    value[c] = factor > 0.0f ? fminf(factor * spectrum_at(rgl, &blend, &cell, c), FLT_MAX) : 0.0f;
+  hetab_rgl_look(rgl, wi, wo, NULL, value, NULL);
 }
 
 float hetab_rgl_pdf(const hetab_rgl *rgl, const float wi[3], const float wo[3]) {
-  float m[3], u_m[2], s[2];
-  if (!(wi[2] > 0.0f && wo[2] > 0.0f && half_vector(wi, wo, m)))
-    return 0.0f;
-  incidence in = incidence_of(rgl, wi);
-  place_of(m, in.phi, u_m);
-  float density = hetab_warp_invert(&rgl->vndf, &in.blend, u_m, s);
-  density *= hetab_warp_density(&rgl->luminance, &in.blend, s);
-  return fminf(density / jacobian(wi, m, u_m[0]), FLT_MAX);
+  float pdf;
+  hetab_rgl_look(rgl, wi, wo, NULL, NULL, &pdf);
+  return pdf;
 }
 
 float hetab_rgl_sample(const hetab_rgl *rgl, const float wi[3], const float u[2], float wo[3]) {

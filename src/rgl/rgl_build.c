@@ -129,11 +129,14 @@ static const double bias_share = 0.3;
 static const double coarsest = 0.3, finer = 0.87;
 
 /* How well a search looks: nodes of the tables that `cells` and the softness are found from, nodes
- * of the slices that incidences are placed by, and directions at each of its incidences. */
+ * of the slices that incidences are placed by, directions at each of its incidences, and the last
+ * of these. A search goes on until the error is met; a forecast has to know the worst. */
 typedef struct effort {
   size_t cells, slices, directions;
+  double last_deg;
 } effort;
-static const effort forecasting = {24, 12, 250}, searching = {48, 24, HETAB_RGL_DIRECTIONS};
+static const effort forecasting = {24, 12, 250, 80.0};
+static const effort searching = {48, 24, HETAB_RGL_DIRECTIONS, 75.0};
 
 /* What one surface's candidates are made of. Incidences alone would leave an error of (intervals /
  * (theta_i - 1))^2, nodes one of (cells / (resolution - 1))^2. */
@@ -231,26 +234,33 @@ static bool keeps(const search *s) {
          s->report.error_grazing <= 0.1;
 }
 
+/* The shape that is given, 15 % larger k times. */
+static hetab_rgl_shape given_shape(const search *s, const hetab_rgl_options *options, int k) {
+  double larger = pow(1.15, k);
+  hetab_rgl_shape shape = s->shape;
+  size_t theta_i = clamp_count((double)options->theta_i_count, LEAST_THETA_I, MOST_THETA_I);
+  size_t resolution = clamp_count((double)options->resolution, LEAST_RESOLUTION, MOST_RESOLUTION);
+  shape.theta_i = clamp_count(larger * (double)theta_i, LEAST_THETA_I, MOST_THETA_I);
+  shape.resolution = clamp_count(larger * (double)resolution, LEAST_RESOLUTION, MOST_RESOLUTION);
+  return shape;
+}
+
 /* The shape that is given, or the first of a few larger ones that keeps what is asked for; if none
- * does, the given one where its L1 does, else the largest. */
+ * does, the first whose L1 does; if none does, the largest. */
 static hetab_status try_given(search *s, const hetab_rgl_options *options) {
   enum { TRIES = 4 };
-  hetab_rgl_shape given = s->shape;
-  given.theta_i = clamp_count((double)options->theta_i_count, LEAST_THETA_I, MOST_THETA_I);
-  given.resolution = clamp_count((double)options->resolution, LEAST_RESOLUTION, MOST_RESOLUTION);
-  bool keeps_l1 = false;
+  hetab_rgl_shape shape;
+  int keeps_l1 = TRIES;
   for (int k = 0; k < TRIES; k++) {
-    double larger = pow(1.15, k);
-    hetab_rgl_shape shape = given;
-    shape.theta_i = clamp_count(larger * (double)given.theta_i, LEAST_THETA_I, MOST_THETA_I);
-    shape.resolution =
-        clamp_count(larger * (double)given.resolution, LEAST_RESOLUTION, MOST_RESOLUTION);
+    shape = given_shape(s, options, k);
     HETAB_TRY(try_shape(s, &shape, 1));
     if (keeps(s))
       return HETAB_OK;
-    keeps_l1 |= k == 0 && s->report.error_l1 <= s->target;
+    if (keeps_l1 == TRIES && s->report.error_l1 <= s->target)
+      keeps_l1 = k;
   }
-  return keeps_l1 ? try_shape(s, &given, 1) : HETAB_OK;
+  shape = given_shape(s, options, keeps_l1);
+  return keeps_l1 < TRIES - 1 ? try_shape(s, &shape, 1) : HETAB_OK;
 }
 
 /* Nodes for the lobe: at least 4 over its half width. */
@@ -263,7 +273,7 @@ static hetab_status choose_nodes(search *s) {
   HETAB_TRY(hetab_rgl_lobe_from_data(s->ctx, s->source, 0.0, theta, FINE, density));
   while (half + 1 < FINE && density[half] > 0.5 * density[0])
     half++;
-  while (nodes < 256 && nodes * half < 4 * FINE)
+  while (nodes < HETAB_RGL_MOST_NODES && nodes * half < 4 * FINE)
     nodes *= 2;
   s->shape = (hetab_rgl_shape){.ndf = 4 * nodes, .vndf_theta = nodes, .vndf_phi = 16};
   return HETAB_OK;
@@ -273,7 +283,7 @@ static hetab_status choose_nodes(search *s) {
  * incidences. With `trial`, the directions that candidates are judged at, drawn from it. */
 static hetab_status probe_cells(search *s, double soft, hetab_rgl_trial *trial, double *cells) {
   enum { SLICES = 6 };
-  static const double theta_deg[SLICES] = {0.0, 20.0, 40.0, 60.0, 75.0, 90.0};
+  const double theta_deg[SLICES] = {0.0, 20.0, 40.0, 60.0, s->effort.last_deg, 90.0};
   double theta_i[SLICES];
   hetab_rgl_shape shape = s->shape;
   hetab_rgl_report report;
@@ -336,7 +346,7 @@ hetab_status hetab_rgl_forecast_make(hetab_context *ctx, const hetab_rgl_source 
 /* The worst incidence's error is about this of the part that incidences leave, and this of the part
  * that nodes leave: within a factor of 2 (tests/test_cli_batch.sh). `spare` keeps nearly all
  * below what is asked for. */
-static const double of_intervals = 1.1, of_cells = 1.4, spare = 0.6;
+static const double of_intervals = 1.1, of_cells = 1.0, spare = 0.72;
 
 /* The bytes, T R^2, are least where nodes are left two thirds of the error. */
 hetab_status hetab_rgl_forecast_at(hetab_context *ctx, const hetab_rgl_forecast *f,

@@ -22,6 +22,8 @@ typedef struct hetab_rgl_source {
   void *user;
 } hetab_rgl_source;
 
+enum { HETAB_RGL_MOST_NODES = 256 }; /* of vndf over theta */
+
 /* The sizes of a table's arrays; all at least 2. */
 typedef struct hetab_rgl_shape {
   size_t theta_i;              /* incidences, 0 and 90 degrees among them */

@@ -230,6 +230,8 @@ static hetab_status model_allocate(hetab_context *ctx, int rgb, hetab_rgl_model 
 static hetab_status fold_in(hetab_context *ctx, double cone, hetab_rgl_model *m) {
   if (!(cone > 0.0))
     return HETAB_OK;
+  HETAB_TRY(hetab_fold_check(ctx, cone, hetab_rgl_u_to_theta(2.0 / (HETAB_RGL_MOST_NODES - 1)),
+                             "an RGL table's finest nodes"));
   m->source.specular = NULL;
   m->source.specular_cone_deg = hetab_degrees(cone);
   return hetab_fold_create(ctx, m->surface, hetab_surface_bands(m->surface), m->bands, cone, false,

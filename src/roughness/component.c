@@ -15,8 +15,19 @@ static hetab_estimate element(const hetab_estimate *first, size_t i, size_t byte
   return value;
 }
 
+/* What cannot be negative has its interval in the logarithm, which ends above 0. */
+static void set_interval(hetab_average *a, double reach, bool positive) {
+  if (positive && a->mean > 0) {
+    a->low = a->mean * exp(-reach / a->mean);
+    a->high = a->mean * exp(reach / a->mean);
+  } else {
+    a->low = a->mean - reach;
+    a->high = a->mean + reach;
+  }
+}
+
 hetab_average hetab_average_of(const hetab_estimate *first, size_t count, size_t bytes,
-                               double independent) {
+                               double independent, bool positive) {
   hetab_average a = {.count = 0};
   double sum = 0, squares = 0, errors = 0;
   for (size_t i = 0; i < count; i++) {
@@ -39,8 +50,7 @@ hetab_average hetab_average_of(const hetab_estimate *first, size_t count, size_t
   double reach = scatter ? hetab_student_95(worth - 1) * between : 0;
   a.error = scatter ? fmax(within, between) : within;
   reach = fmax(1.96 * within, reach);
-  a.low = a.mean - reach;
-  a.high = a.mean + reach;
+  set_interval(&a, reach, positive);
   return a;
 }
 
@@ -73,21 +83,21 @@ static double worth_of_scans(const hetab_scan_list *list, const hetab_component 
 }
 
 static hetab_average average_field(const hetab_component *c, const hetab_estimate *first,
-                                   double worth) {
-  return hetab_average_of(first, c->count, sizeof *c->scans, worth);
+                                   double worth, bool positive) {
+  return hetab_average_of(first, c->count, sizeof *c->scans, worth, positive);
 }
 
 static void average_scans(const hetab_scan_list *list, hetab_component *c) {
   if (!c->count)
     return;
   const hetab_scan_statistics *first = &c->scans[0];
-  double tau = average_field(c, &first->tau_um, 1).mean, worth = worth_of_scans(list, c, tau);
-  c->sigma_um = average_field(c, &first->sigma_um, worth);
-  c->tau_um = average_field(c, &first->tau_um, worth);
-  c->slope = average_field(c, &first->slope, worth);
-  c->rms_slope = average_field(c, &first->rms_slope, worth);
-  c->skewness = average_field(c, &first->skewness, worth);
-  c->kurtosis = average_field(c, &first->kurtosis, worth);
+  double tau = average_field(c, &first->tau_um, 1, true).mean, worth = worth_of_scans(list, c, tau);
+  c->sigma_um = average_field(c, &first->sigma_um, worth, true);
+  c->tau_um = average_field(c, &first->tau_um, worth, true);
+  c->slope = average_field(c, &first->slope, worth, true);
+  c->rms_slope = average_field(c, &first->rms_slope, worth, true);
+  c->skewness = average_field(c, &first->skewness, worth, false);
+  c->kurtosis = average_field(c, &first->kurtosis, worth, false);
   c->non_uniformity = c->sigma_um.deviation / c->sigma_um.mean;
   for (size_t i = 0; i < c->count; i++) {
     c->normal_distance += c->scans[i].normal_distance / (double)c->count;

@@ -240,8 +240,13 @@ def define():
             mi.BSDF.__init__(self, props)
             path = str(mi.file_resolver().resolve(props["filename"]))
             self.table = mi.load_dict({"type": "measured", "filename": path})
-            beside = os.path.splitext(path)[0] + ".specular.csv"
-            self.nm, self.rho = self.read(beside)
+            with open(path, "rb") as file:
+                folded = b"specular_cone_deg" in file.read(2048)  # the delta is in the table
+            if folded:
+                self.nm = numpy.array([550.0]) if spectral else None
+                self.rho = numpy.zeros((1 if spectral else 3, self.ANGLES))
+            else:
+                self.nm, self.rho = self.read(os.path.splitext(path)[0] + ".specular.csv")
             flat = numpy.ascontiguousarray(self.rho.T, "f4").ravel()
             self.rho = [float(v) for v in flat] if scalar else mi.Float(flat)
             side = mi.BSDFFlags.FrontSide

@@ -134,11 +134,13 @@ hetab_status hetab_index_copy(hetab_context *ctx, const hetab_index *index, heta
   return status;
 }
 
-static hetab_status fill_metal(hetab_context *ctx, hetab_curve *curve, const double *values) {
-  HETAB_TRY(hetab_curve_alloc(ctx, curve, HETAB_METAL_NODES));
+/* column: 1 for n, 2 for k. */
+static hetab_status fill_metal(hetab_context *ctx, const hetab_metal *metal, int column,
+                               hetab_curve *curve) {
+  HETAB_TRY(hetab_curve_alloc(ctx, curve, metal->count));
   for (size_t i = 0; i < curve->count; i++) {
-    curve->lambda_um[i] = (400 + 10 * (double)i) / 1000;
-    curve->values[i] = values[i];
+    curve->lambda_um[i] = metal->rows[3 * i];
+    curve->values[i] = metal->rows[3 * i + (size_t)column];
   }
   hetab_curve_set_range(curve);
   return HETAB_OK;
@@ -161,9 +163,9 @@ hetab_status hetab_index_metal(hetab_context *ctx, const char *symbol, hetab_ind
   hetab_index *index;
   HETAB_TRY(hetab_index_new(ctx, HETAB_INDEX_METAL, metal->citation, &index));
   index->symbol = metal->symbol;
-  hetab_status status = fill_metal(ctx, &index->n, metal->n);
+  hetab_status status = fill_metal(ctx, metal, 1, &index->n);
   if (status == HETAB_OK)
-    status = fill_metal(ctx, &index->k, metal->k);
+    status = fill_metal(ctx, metal, 2, &index->k);
   if (status != HETAB_OK) {
     hetab_index_free(index);
     return status;

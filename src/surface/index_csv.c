@@ -71,14 +71,14 @@ static hetab_status read_table(hetab_csv *csv, table *t, hetab_index *index) {
   if (t->at[INDEX_N] != HETAB_CSV_ABSENT) {
     if (t->has_n)
       return hetab_csv_fail(csv, "n a second time: keep one table of it");
-    HETAB_TRY(hetab_rows_to_curve(csv->ctx, t->rows, t->count, 0, &index->n));
+    HETAB_TRY(hetab_rows_to_curve(csv->ctx, csv->path, t->rows, t->count, 0, false, &index->n));
   }
   t->has_n = true;
   if (t->at[INDEX_K] == HETAB_CSV_ABSENT)
     return HETAB_OK;
   if (index->k.count)
     return hetab_csv_fail(csv, "k a second time: keep one table of it");
-  return hetab_rows_to_curve(csv->ctx, t->rows, t->count, 1, &index->k);
+  return hetab_rows_to_curve(csv->ctx, csv->path, t->rows, t->count, 1, true, &index->k);
 }
 
 static hetab_status read_tables(hetab_csv *csv, table *t, hetab_index *index) {

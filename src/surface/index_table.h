@@ -2,6 +2,7 @@
 #ifndef HETAB_SURFACE_INDEX_TABLE_H
 #define HETAB_SURFACE_INDEX_TABLE_H
 
+#include <stdbool.h>
 #include "surface/index_parts.h"
 
 typedef struct hetab_row {
@@ -14,8 +15,10 @@ typedef struct hetab_row {
  * values is an error that names both lines. */
 hetab_status hetab_rows_sort(hetab_context *ctx, const char *path, hetab_row *rows, size_t *count);
 
-/* The sorted rows' values[column] as a curve. k from -0.001 on is 0: the noise of its inversion. */
-hetab_status hetab_rows_to_curve(hetab_context *ctx, const hetab_row *rows, size_t count,
-                                 int column, hetab_curve *curve);
+/* The sorted rows' values[column], n or k, as a curve. k from -0.001 on is 0: the noise of its
+ * inversion. Other values that are no index stay, for whoever asks for them; not if all are such.
+ */
+hetab_status hetab_rows_to_curve(hetab_context *ctx, const char *path, const hetab_row *rows,
+                                 size_t count, int column, bool is_k, hetab_curve *curve);
 
 #endif

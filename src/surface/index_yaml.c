@@ -80,7 +80,8 @@ static hetab_status read_table(hetab_yaml *file, const yaml_node_t *entry,
   if (status == HETAB_OK)
     status = read_rows(file, data, strcpy(lines, text), rules, columns, rows, &count);
   for (int i = 0; status == HETAB_OK && i < columns; i++)
-    status = hetab_rows_to_curve(file->ctx, rows, count, i, curves[i]);
+    status = hetab_rows_to_curve(file->ctx, file->path, rows, count, i,
+                                 rules[i] == &hetab_rule_k_data, curves[i]);
   free(rows);
   free(lines);
   return status;

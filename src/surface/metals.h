@@ -4,11 +4,10 @@
 
 #include <hetab/index.h>
 
-enum { HETAB_METAL_NODES = 31 };
-
 typedef struct hetab_metal {
   const char *symbol, *name, *citation;
-  double n[HETAB_METAL_NODES], k[HETAB_METAL_NODES]; /* at 400, 410, ... 700 nm */
+  size_t count;
+  const double *rows; /* [count][3]: wavelength in um, n, k */
 } hetab_metal;
 
 /* By symbol or name, in any case; NULL if there is none. */

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/angle.h"
 #include "core/context.h"
 
 enum { RGB = 3 };
@@ -142,6 +143,8 @@ static void put_surface(hetab_exr_file *file, const hetab_exr_layout *w,
   hetab_exr_put_text(file, "precision", hetab_precision_name(o->slabs));
   hetab_exr_put_text(file, "device", o->device ? o->device : "");
   hetab_exr_put_double(file, "tolerance", o->tolerance);
+  if (o->specular_cone > 0.0)
+    hetab_exr_put_double(file, "specular_cone_deg", hetab_degrees(o->specular_cone));
   for (int i = 0; i < ERRORS; i++)
     hetab_exr_put_double(file, error_names[i], NAN);
 }

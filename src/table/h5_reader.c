@@ -10,6 +10,7 @@
 #include "core/context.h"
 #include "core/input_file.h"
 #include "table/h5_common.h"
+#include "table/h5_rows.h"
 #include "table/table_format.h"
 
 /* Axes of /brdf, in its order. */
@@ -299,30 +300,54 @@ const hetab_grid *hetab_h5_grid(const hetab_h5_table *table) {
 
 /* --- reading -------------------------------------------------------------------------------- */
 
-static herr_t read_block(const hetab_h5_table *table, size_t wavelength, double *values) {
-  hsize_t start[RANK] = {wavelength, 0, 0, 0};
-  hsize_t count[RANK] = {1, table->dims[THETA_I], table->dims[THETA_R], table->dims[PHI]};
+static herr_t read_block(const hetab_h5_table *table, const hsize_t start[RANK],
+                         const hsize_t count[RANK], hid_t type, void *values) {
   hid_t memory = H5Screate_simple(RANK, count, NULL);
   hid_t space = H5Dget_space(table->brdf);
   herr_t result = H5Sselect_hyperslab(space, H5S_SELECT_SET, start, NULL, count, NULL);
   if (result >= 0)
-    result = H5Dread(table->brdf, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, values);
+    result = H5Dread(table->brdf, type, memory, space, H5P_DEFAULT, values);
   H5Sclose(space);
   H5Sclose(memory);
   return result;
 }
 
-hetab_status hetab_h5_read(hetab_context *ctx, hetab_h5_table *table, size_t wavelength,
-                           double *values) {
+static hetab_status read_checked(hetab_context *ctx, const hetab_h5_table *table,
+                                 const hsize_t start[RANK], const hsize_t count[RANK], hid_t type,
+                                 void *values) {
   hetab_h5_errors errors;
-  if (wavelength >= table->dims[WAVELENGTH])
-    return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "'%s' has no wavelength %zu, only %zu of them",
-                      table->path, wavelength, (size_t)table->dims[WAVELENGTH]);
   hetab_h5_errors_begin(&errors);
-  herr_t result = read_block(table, wavelength, values);
+  herr_t result = read_block(table, start, count, type, values);
   hetab_h5_errors_end(&errors);
   HETAB_TRY(check_read(ctx, table));
   return result < 0 ? read_failed(ctx, table, "brdf", &errors) : HETAB_OK;
+}
+
+hetab_status hetab_h5_read(hetab_context *ctx, hetab_h5_table *table, size_t wavelength,
+                           double *values) {
+  const hsize_t start[RANK] = {wavelength, 0, 0, 0};
+  const hsize_t count[RANK] = {1, table->dims[THETA_I], table->dims[THETA_R], table->dims[PHI]};
+  if (wavelength >= table->dims[WAVELENGTH])
+    return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "'%s' has no wavelength %zu, only %zu of them",
+                      table->path, wavelength, (size_t)table->dims[WAVELENGTH]);
+  return read_checked(ctx, table, start, count, H5T_NATIVE_DOUBLE, values);
+}
+
+size_t hetab_h5_row_step(const hetab_h5_table *table) {
+  hsize_t chunk[RANK] = {1, 1, 1, 1};
+  hid_t list = H5Dget_create_plist(table->brdf);
+  if (H5Pget_layout(list) == H5D_CHUNKED)
+    H5Pget_chunk(list, RANK, chunk);
+  H5Pclose(list);
+  return (size_t)(chunk[THETA_I] < table->dims[THETA_I] ? chunk[THETA_I] : table->dims[THETA_I]);
+}
+
+hetab_status hetab_h5_read_rows(hetab_context *ctx, hetab_h5_table *table, size_t first,
+                                size_t count, float *values) {
+  const hsize_t start[RANK] = {0, first, 0, 0};
+  const hsize_t counts[RANK] = {table->dims[WAVELENGTH], count, table->dims[THETA_R],
+                                table->dims[PHI]};
+  return read_checked(ctx, table, start, counts, H5T_NATIVE_FLOAT, values);
 }
 
 /* A whole dataset of `rank` axes, whose size was checked on opening. */

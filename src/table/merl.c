@@ -3,12 +3,14 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
+#include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
+#include "core/angle.h"
 #include "core/context.h"
 #include "core/input_file.h"
 #include "core/atomic_file.h"
@@ -24,9 +26,13 @@ static const long long file_bytes = (long long)sizeof file_dims + (long long)CHA
                                                                       (long long)sizeof(double);
 static const double file_scale[CHANNELS] = {1.0 / 1500, 1.15 / 1500, 1.66 / 1500};
 static const double below_horizon = -1;
+/* The last cell is below the horizon; its blue number is -1 less the cone's degrees, which every
+ * reader takes for the same. */
+enum { MARKED = CHANNELS - 1 };
 
 struct hetab_merl {
   double values[CHANNELS][HETAB_MERL_CELLS];
+  double cone_deg; /* > 0: the specular delta is in the cells, as a lobe that wide */
 };
 
 hetab_status hetab_merl_create(hetab_context *ctx, hetab_merl **out) {
@@ -49,6 +55,14 @@ double *hetab_merl_channel(hetab_merl *merl, int channel) {
 
 const double *hetab_merl_channel_const(const hetab_merl *merl, int channel) {
   return merl->values[channel];
+}
+
+double hetab_merl_specular_cone(const hetab_merl *merl) {
+  return hetab_radians(merl->cone_deg);
+}
+
+void hetab_merl_set_specular_cone(hetab_merl *merl, double cone) {
+  merl->cone_deg = hetab_degrees(cone);
 }
 
 /* --- writing -------------------------------------------------------------------------------- */
@@ -83,7 +97,7 @@ static hetab_status check_cells(hetab_context *ctx, const hetab_merl *merl, cons
 }
 
 static hetab_status write_channel(hetab_context *ctx, hetab_atomic_file *file, const double *values,
-                                  double scale) {
+                                  double scale, double last) {
   double buffer[BUFFER_CELLS];
   for (size_t first = 0; first < HETAB_MERL_CELLS; first += BUFFER_CELLS) {
     size_t left = HETAB_MERL_CELLS - first;
@@ -92,6 +106,8 @@ static hetab_status write_channel(hetab_context *ctx, hetab_atomic_file *file, c
       double value = values[first + i];
       buffer[i] = value < 0 ? below_horizon : value / scale;
     }
+    if (count == left && buffer[count - 1] < 0)
+      buffer[count - 1] = last;
     HETAB_TRY(hetab_atomic_write(ctx, file, buffer, count * sizeof *buffer));
   }
   return HETAB_OK;
@@ -106,7 +122,8 @@ hetab_status hetab_merl_save(hetab_context *ctx, const hetab_merl *merl, const c
   HETAB_GOTO(hetab_atomic_reserve(ctx, file, (unsigned long long)file_bytes));
   HETAB_GOTO(hetab_atomic_write(ctx, file, file_dims, sizeof file_dims));
   for (int c = 0; c < CHANNELS; c++)
-    HETAB_GOTO(write_channel(ctx, file, merl->values[c], file_scale[c]));
+    HETAB_GOTO(write_channel(ctx, file, merl->values[c], file_scale[c],
+                             below_horizon - (c == MARKED ? merl->cone_deg : 0.0)));
   return hetab_atomic_commit(ctx, file);
 done:
   hetab_atomic_abort(file);
@@ -190,6 +207,16 @@ static hetab_status unscale_raw(hetab_context *ctx, hetab_merl *merl, const char
   return HETAB_OK;
 }
 
+static void take_mark(hetab_merl *merl) {
+  double *mark = &merl->values[MARKED][HETAB_MERL_CELLS - 1], cone_deg = below_horizon - *mark;
+  bool is_marked = cone_deg > 0.0 && cone_deg <= 90.0;
+  for (int c = 0; c < MARKED; c++)
+    is_marked &= merl->values[c][HETAB_MERL_CELLS - 1] == below_horizon;
+  merl->cone_deg = is_marked ? cone_deg : 0.0;
+  if (is_marked)
+    *mark = below_horizon;
+}
+
 typedef hetab_status (*unscale_fn)(hetab_context *ctx, hetab_merl *merl, const char *path);
 
 static hetab_status read_file(hetab_context *ctx, FILE *file, const char *path, hetab_merl *merl,
@@ -199,6 +226,7 @@ static hetab_status read_file(hetab_context *ctx, FILE *file, const char *path, 
   HETAB_TRY(check_dims(ctx, path, dims));
   HETAB_TRY(check_length(ctx, file, path));
   HETAB_TRY(read_exactly(ctx, file, path, merl->values, sizeof merl->values));
+  take_mark(merl);
   return finish(ctx, merl, path);
 }
 

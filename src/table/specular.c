@@ -14,19 +14,23 @@
 static hetab_status allocate(hetab_context *ctx, size_t channels, size_t count,
                              hetab_specular_table *s) {
   *s = (hetab_specular_table){.channels = channels, .count = count};
-  s->theta = hetab_alloc(ctx, count, sizeof *s->theta);
+  s->cos2_i = hetab_alloc(ctx, count, sizeof *s->cos2_i);
   s->rho = hetab_alloc(ctx, count, channels * sizeof *s->rho);
-  return s->theta && s->rho ? HETAB_OK : HETAB_ERR_MEMORY;
+  return s->cos2_i && s->rho ? HETAB_OK : HETAB_ERR_MEMORY;
 }
 
 void hetab_specular_clear(hetab_specular_table *specular) {
-  free(specular->theta);
+  free(specular->cos2_i);
   free(specular->rho);
   *specular = (hetab_specular_table){0};
 }
 
 /* As much above 1 as rounding makes of it. */
 #define MOST_RHO 1.000001
+
+static float cos2(double theta) {
+  return (float)(cos(theta) * cos(theta));
+}
 
 static int is_reflectance(double rho) {
   return rho >= 0 && rho <= MOST_RHO;
@@ -43,7 +47,7 @@ hetab_status hetab_specular_of_h5(hetab_context *ctx, hetab_h5_table *table, con
   hetab_status status =
       rho ? hetab_h5_read_specular(ctx, table, rho) : HETAB_ERR_MEMORY; /* [wavelength][theta_i] */
   for (size_t i = 0; i < count && status == HETAB_OK; i++) {
-    s->theta[i] = hetab_grid_deg(grid, HETAB_THETA_I)[i] * M_PI / 180;
+    s->cos2_i[i] = cos2(hetab_grid_radians(grid, HETAB_THETA_I)[i]);
     for (size_t c = 0; c < channels && status == HETAB_OK; c++) {
       s->rho[i * channels + c] = (float)rho[c * count + i];
       if (!is_reflectance(rho[c * count + i]))
@@ -147,7 +151,7 @@ static hetab_status mix(hetab_context *ctx, const csv *file, size_t channels,
   else if (status == HETAB_OK)
     status = hetab_srgb_weights(ctx, from_um, file->waves, (double(*)[3])weight);
   for (size_t i = 0; i < file->angles && status == HETAB_OK; i++) {
-    s->theta[i] = file->rows[i].theta;
+    s->cos2_i[i] = cos2(file->rows[i].theta);
     for (size_t c = 0; c < channels; c++) {
       double sum = 0;
       for (size_t w = 0; w < file->waves; w++)
@@ -234,25 +238,33 @@ hetab_status hetab_specular_save(hetab_context *ctx, const char *path, const dou
 
 /* ---- looking up ---------------------------------------------------------------------------- */
 
-void hetab_specular_at(const hetab_specular_table *s, float cos_i, float *value) {
-  memset(value, 0, s->channels * sizeof *value);
+/* Between two incidences, where it is not 0 along the logarithm. */
+static float between(float a, float b, float t) {
+  return a > 0 && b > 0 ? a * powf(b / a, t) : a + t * (b - a);
+}
+
+void hetab_specular_at(const hetab_specular_table *s, float cos_i, const hetab_band_places *places,
+                       float *value) {
+  size_t count = places ? places->count : s->channels, low = 0, high = s->count - 1;
+  memset(value, 0, count * sizeof *value);
   if (!s->count || !(cos_i > 0))
     return;
-  double theta = acos(fmin((double)cos_i, 1)), low2, high2, t = 0;
-  size_t low = 0, high = s->count - 1;
+  float cos2_i = fminf(cos_i * cos_i, 1), t = 0;
   while (high - low > 1) {
     size_t middle = (low + high) / 2;
-    if (s->theta[middle] <= theta)
+    if (s->cos2_i[middle] >= cos2_i)
       low = middle;
     else
       high = middle;
   }
-  low2 = pow(cos(s->theta[low]), 2);
-  high2 = pow(cos(s->theta[high]), 2);
   if (high > low)
-    t = fmin(fmax(((double)cos_i * (double)cos_i - low2) / (high2 - low2), 0), 1);
+    t = (cos2_i - s->cos2_i[low]) / (s->cos2_i[high] - s->cos2_i[low]);
+  t = fminf(fmaxf(t, 0), 1);
   const float *a = s->rho + low * s->channels, *b = s->rho + high * s->channels;
-  for (size_t c = 0; c < s->channels; c++)
-    value[c] =
-        a[c] > 0 && b[c] > 0 ? a[c] * powf(b[c] / a[c], (float)t) : a[c] + (float)t * (b[c] - a[c]);
+  for (size_t c = 0; c < count; c++) {
+    size_t first = places ? places->first[c] : c;
+    value[c] = between(a[first], b[first], t);
+    if (places && places->fraction[c] > 0)
+      value[c] += places->fraction[c] * (between(a[first + 1], b[first + 1], t) - value[c]);
+  }
 }

@@ -7,10 +7,11 @@
 #include <hetab/table.h>
 
 #include "core/context.h"
+#include "table/band_places.h"
 
 typedef struct hetab_specular_table {
   size_t channels, count; /* of incidences; 0: no specular part */
-  double *theta;          /* [count], radians, ascending */
+  float *cos2_i;          /* [count], cos^2(theta_i), descending */
   float *rho;             /* [count][channels] */
 } hetab_specular_table;
 
@@ -31,7 +32,8 @@ hetab_status hetab_specular_beside(hetab_context *ctx, const char *path, size_t 
 void hetab_specular_clear(hetab_specular_table *specular);
 
 /* Linear in cos^2(theta_i), of the logarithm: rho_s falls as exp(-g), g ~ cos^2. Held beyond the
- * ends. */
-void hetab_specular_at(const hetab_specular_table *specular, float cos_i, float *value);
+ * ends. places: NULL: all channels. */
+void hetab_specular_at(const hetab_specular_table *specular, float cos_i,
+                       const hetab_band_places *places, float *value);
 
 #endif

@@ -31,7 +31,7 @@ static hetab_status eval_table(hetab_context *ctx, const hetab_view_source *s, s
   if (values && doubles)
     status = HETAB_OK;
   for (size_t i = 0; i < count && status == HETAB_OK; i++) {
-    hetab_lookup_eval(s->table, wi[i], wo[i], values);
+    hetab_lookup_eval(s->table, NULL, 1, wi[i], wo[i], values, NULL);
     status = mix(ctx, s, values, doubles, rgb[i]);
   }
   free(values);
@@ -46,7 +46,7 @@ static hetab_status specular_table(hetab_context *ctx, const hetab_view_source *
   float *values = hetab_alloc(ctx, s->channels, sizeof *values);
   double *doubles = hetab_alloc(ctx, s->channels, sizeof *doubles);
   if (values && doubles) {
-    hetab_lookup_specular(s->table, wi, values);
+    hetab_lookup_albedo(s->table, NULL, 1, wi, NULL, values);
     status = mix(ctx, s, values, doubles, rgb);
   }
   free(values);

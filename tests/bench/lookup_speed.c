@@ -6,11 +6,12 @@
 
 #include "tests/lookup_support.h"
 
-enum { COUNT = 1 << 18, RUNS = 15, PAIRS = 1000 };
+enum { COUNT = 1 << 18, RUNS = 15, PAIRS = 1000, PATH = 4 };
 
 typedef struct load {
-  float wi[COUNT][3], wo[COUNT][3], u[COUNT][2], density[COUNT];
-  float value[COUNT * MOST_BANDS];
+  float wi[COUNT][3], wo[COUNT][3], uc[COUNT], u[COUNT][2];
+  float lambda_um[COUNT][PATH], value[COUNT * MOST_BANDS];
+  hetab_lookup_drawn drawn[COUNT];
 } load;
 
 /* This thread's own: what else the machine does does not count. */
@@ -32,29 +33,41 @@ static load *new_load(void) {
     abort();
   random_directions(&random, l->wi);
   random_directions(&random, l->wo);
-  for (size_t n = 0; n < COUNT; n++)
+  for (size_t n = 0; n < COUNT; n++) {
     for (int k = 0; k < 2; k++)
       l->u[n][k] = (float)(lookup_random(&random) * 0.9999999);
+    l->uc[n] = (float)(lookup_random(&random) * 0.9999999);
+    for (int k = 0; k < PATH; k++)
+      l->lambda_um[n][k] = (float)(0.4 + 0.3 * lookup_random(&random));
+  }
   return l;
 }
 
 typedef void (*work_fn)(const hetab_lookup *table, load *l);
 
 static void evaluate_batch(const hetab_lookup *table, load *l) {
-  hetab_lookup_eval_batch(table, COUNT, (const float(*)[3])l->wi, (const float(*)[3])l->wo,
-                          l->value);
+  hetab_lookup_eval(table, NULL, COUNT, l->wi[0], l->wo[0], l->value, NULL);
 }
 
 static void evaluate_single(const hetab_lookup *table, load *l) {
   size_t channels = hetab_lookup_channel_count(table);
   for (size_t n = 0; n < COUNT; n++)
-    hetab_lookup_eval(table, l->wi[n], l->wo[n], l->value + n * channels);
+    hetab_lookup_eval(table, NULL, 1, l->wi[n], l->wo[n], l->value + n * channels, NULL);
+}
+
+/* At each path's own four wavelengths. */
+static void evaluate_paths(const hetab_lookup *table, load *l) {
+  const hetab_lookup_query query = {.lambda_um = l->lambda_um[0], .lambda_count = PATH};
+  hetab_lookup_eval(table, &query, COUNT, l->wi[0], l->wo[0], l->value, NULL);
+}
+
+static void sample_paths(const hetab_lookup *table, load *l) {
+  const hetab_lookup_query query = {.lambda_um = l->lambda_um[0], .lambda_count = PATH};
+  hetab_lookup_sample(table, &query, COUNT, l->wi[0], l->uc, l->u[0], l->drawn, l->value);
 }
 
 static void sample_batch(const hetab_lookup *table, load *l) {
-  static float wo[COUNT][3];
-  hetab_lookup_sample_batch(table, COUNT, (const float(*)[3])l->wi, (const float(*)[2])l->u, wo,
-                            l->density, l->value);
+  hetab_lookup_sample(table, NULL, COUNT, l->wi[0], l->uc, l->u[0], l->drawn, l->value);
 }
 
 /* A second, by the fastest of the runs. */
@@ -84,9 +97,12 @@ static void report(hetab_context *ctx, const char *format, const char *path, con
                         &table) != HETAB_OK)
     fail(ctx);
   start = seconds() - start;
-  printf("%s,%s,%zu,%s,%.3g,%.4g,%.4g,%.4g", hetab_surface_name(m->surface), format,
+  int spectral = hetab_lookup_wavelengths_um(table) != NULL;
+  printf("%s,%s,%zu,%s,%.3g,%.4g,%.4g,%.4g,%.4g,%.4g", hetab_surface_name(m->surface), format,
          hetab_lookup_channel_count(table), rule, start, per_second(evaluate_batch, table, l),
-         per_second(evaluate_single, table, l), per_second(sample_batch, table, l));
+         per_second(evaluate_single, table, l), per_second(sample_batch, table, l),
+         spectral ? per_second(evaluate_paths, table, l) : (double)NAN,
+         spectral ? per_second(sample_paths, table, l) : (double)NAN);
   for (size_t t = 0; t < sizeof degrees / sizeof *degrees; t++)
     printf(",%.2e", error_at(look_up_table, table, m, degrees[t] * M_PI / 180, PAIRS, &random).l1);
   printf("\n");
@@ -149,7 +165,8 @@ int main(int argc, char **argv) {
     fail(ctx);
   load *l = new_load();
   printf("surface,format,channels,rule,open_s,evaluations_per_s,single_evaluations_per_s,"
-         "samples_per_s,l1_0deg,l1_30deg,l1_60deg,l1_75deg,l1_85deg\n");
+         "samples_per_s,evaluations_at_4_per_s,samples_at_4_per_s,l1_0deg,l1_30deg,l1_60deg,l1_"
+         "75deg,l1_85deg\n");
   for (int i = 2; i < argc; i++)
     measure(ctx, engine, argv[1], argv[i], i == 2, l);
   free(l);

@@ -63,35 +63,27 @@ static vec trace(vec o, vec d, uint64_t *random) {
     }
     vec x = unit(fabsf(n[0]) > 0.5f ? (vec){n[2], 0, -n[0]} : (vec){0, n[2], -n[1]});
     vec y = {n[1] * x[2] - n[2] * x[1], n[2] * x[0] - n[0] * x[2], n[0] * x[1] - n[1] * x[0]};
-    float wi[3] = {-dot(x, d), -dot(y, d), -dot(n, d)}, wo[3], f[3], rho[3], delta[3];
-    hetab_lookup_albedo(tables[object], wi, rho);
-    hetab_lookup_specular(tables[object], wi, delta);
-    float share = rho[1] / (rho[1] + delta[1] + 1e-9f); /* of the samples, not for the delta */
+    float wi[3] = {-dot(x, d), -dot(y, d), -dot(n, d)}, f[3];
 
     vec to = lamp + half * (vec){2 * uniform(random) - 1, 2 * uniform(random) - 1} - p;
     vec towards = unit(to);
     if (dot(towards, n) > 0 && meet(p, towards, &q, &m) == LAMP) {
       float at_lamp[3] = {dot(x, towards), dot(y, towards), dot(n, towards)};
-      float by_lamp = dot(to, to) / (lamp_area * fabsf(towards[2]));
-      float by_table = share * hetab_lookup_pdf(tables[object], wi, at_lamp);
-      hetab_lookup_eval(tables[object], wi, at_lamp, f);
+      float by_lamp = dot(to, to) / (lamp_area * fabsf(towards[2])), by_table;
+      hetab_lookup_eval(tables[object], NULL, 1, wi, at_lamp, f, &by_table);
       sum += through * (vec){f[0], f[1], f[2]} * lamp_light * at_lamp[2] * by_lamp /
              (by_lamp * by_lamp + by_table * by_table);
     }
 
-    float u[2] = {uniform(random), uniform(random)};
-    if (uniform(random) >= share) {
-      wo[0] = -wi[0], wo[1] = -wi[1], wo[2] = wi[2];
-      through *= (vec){delta[0], delta[1], delta[2]} / (1 - share);
-      density = 0;
-    } else {
-      density = share * hetab_lookup_sample(tables[object], wi, u, wo, f);
-      if (!(density > 0))
-        return sum;
-      through *= (vec){f[0], f[1], f[2]} / share;
-    }
+    float uc = uniform(random), u[2] = {uniform(random), uniform(random)};
+    hetab_lookup_drawn drawn;
+    hetab_lookup_sample(tables[object], NULL, 1, wi, &uc, u, &drawn, f);
+    if (drawn.lobe == HETAB_LOOKUP_NONE)
+      return sum;
+    through *= (vec){f[0], f[1], f[2]};
+    density = drawn.lobe == HETAB_LOOKUP_SPECULAR ? 0 : drawn.pdf;
     o = p;
-    d = unit(x * wo[0] + y * wo[1] + n * wo[2]);
+    d = unit(x * drawn.wo[0] + y * drawn.wo[1] + n * drawn.wo[2]);
   }
   return sum;
 }

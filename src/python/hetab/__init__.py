@@ -11,11 +11,12 @@ include/hetab."""
 from ._library import Error, Record, lib as _lib, text as _text
 from ._laboratory import audit, fit, measurements, roughness
 from ._model import (POINT, REFLECTANCE, VALUE, evaluate, reflectance, specular_reflectance,
-                     tabulate)
+                     tabulate, tabulate_to)
 from ._surface import BAND, Surface, metals, presets, shader
 from ._table import Table, open_table
 
 __version__ = _text(_lib.hetab_version())
 __all__ = ["BAND", "Error", "POINT", "REFLECTANCE", "Record", "Surface", "Table", "VALUE", "audit",
            "evaluate", "fit", "measurements", "metals", "open_table", "presets", "reflectance",
-           "roughness", "shader", "specular_reflectance", "tabulate"]
+           "roughness", "shader", "specular_reflectance", "tabulate",
+           "tabulate_to"]

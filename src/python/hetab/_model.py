@@ -1,6 +1,7 @@
 """The model: at points, over hemispheres, as tables."""
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 
 import numpy
@@ -102,6 +103,17 @@ def tabulate(surface: Surface, theta_i_deg: str | ArrayLike | None = None,
                   **{f"{name}_deg": axis for name, axis in zip(AXES, axes)},
                   specular=specular_reflectance(surface, numpy.radians(axes[0])),
                   report=record(report, {}))
+
+
+def tabulate_to(surface: Surface, *paths: str | os.PathLike, overwrite: bool = False,
+                precision: str = "float", device: str | None = None,
+                progress: Progress | None = None) -> None:
+    """The surface as files, whose endings choose the format: .h5, .exr, .binary (MERL), .bsdf (RGL),
+    as `hetab tabulate` writes them. All appear together, whole, or not at all."""
+    names = [ffi.new("char[]", os.fsencode(path)) for path in paths]
+    call(lib.hetab_tabulate_to, engine(precision, device=device), surface._handle,
+         ffi.new("char *[]", names), len(names),
+         options("hetab_tabulate_to_options", overwrite=overwrite), NULL, progress=progress)
 
 
 def specular_reflectance(surface: Surface, theta_i: ArrayLike) -> NDArray:

@@ -1,0 +1,25 @@
+/* Wavelengths as places among a table's channels. */
+#ifndef HETAB_TABLE_BAND_PLACES_H
+#define HETAB_TABLE_BAND_PLACES_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+enum { HETAB_BANDS_AT_ONCE = 8 };
+
+/* Between channel `first` and, where the fraction is not 0, the next. */
+typedef struct hetab_band_places {
+  size_t count;
+  uint32_t first[HETAB_BANDS_AT_ONCE];
+  float fraction[HETAB_BANDS_AT_ONCE];
+} hetab_band_places;
+
+/* Of asked_um[count] among lambda_um[channels], ascending; held beyond its ends. */
+void hetab_band_places_of(const double *lambda_um, size_t channels, const float *asked_um,
+                          size_t count, hetab_band_places *places);
+
+/* A row of all channels at the places; places NULL: copied. */
+void hetab_band_values(const hetab_band_places *places, size_t channels, const float *row,
+                       float *value);
+
+#endif
