@@ -55,6 +55,8 @@ def shell(body):
         line = line.split("  #")[0].rstrip()
         if line.startswith("make "):
             target = line.split()[1]
+            if target == "demo":
+                run(line, [root / "scripts/demo", build / "hetab", "out"])
             tell(re.search(rf"^{target}:", (root / "Makefile").read_text(), re.M), line, "no such target")
             continue
         line = re.sub(r"^(hetab bench.*)", r"\1 --samples 100 --repeats 1", line)  # a minute of timing otherwise
@@ -63,7 +65,11 @@ def shell(body):
 
 
 def c(body, number):
-    if "int main" not in body:
+    folder = work
+    if "int main" in body:  # its files are not there yet
+        folder = work / str(number)
+        folder.mkdir()
+    else:
         includes = "".join(re.findall(r"^#include .*\n", body, re.M))
         body = (f"#include <stdio.h>\n{includes}int main(void) {{\n" + re.sub(r"^#include .*\n", "", body, flags=re.M) +
                 "return 0;\n}\n")
@@ -72,8 +78,7 @@ def c(body, number):
                               "-Wno-unused-but-set-variable", f"-I{root}/include", f"{number}.c", f"-L{work}", "-lhetab",
                               "-lm", "-o", f"{number}.program"])
     if (work / f"{number}.program").exists():
-        (work / f"{number}").mkdir()
-        run(f"C program {number}", [work / f"{number}.program"], cwd=work / f"{number}")
+        run(f"C program {number}", [work / f"{number}.program"], cwd=folder)
 
 
 with tempfile.TemporaryDirectory() as folder:
