@@ -30,8 +30,8 @@ static inline real hetab_ray_sum(const hetab_wave *wave, __global const real *no
 
 __kernel void hetab_k_hemisphere(__global const real *waves, __global const int *rays,
                                  int ray_count, __global const real *nodes, int stride,
-                                 __global real *sums) {
-  int r = get_global_id(0), w = get_global_id(1);
+                                 __global real *sums, int first_ray) {
+  int r = first_ray + (int)get_global_id(0), w = get_global_id(1);
   __global const int *ray = rays + r * HETAB_RAY_INTS;
   if (r >= ray_count || w >= ray[HETAB_RAY_WAVES])
     return;

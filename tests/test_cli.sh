@@ -514,6 +514,8 @@ for signal in INT:130 TERM:143 HUP:129; do
   one_line "SIG${signal%:*}" $status ${signal#*:} "stopped by SIG${signal%:*}"
   check "SIG${signal%:*} harms nothing" unharmed
 done
+env --default-signal=INT timeout -s INT -k 10 0.5 "$program" view BBQAL2 --size 8192 -o stop/v.png >out 2>err
+one_line "SIGINT amid a picture" $? 124 "stopped by SIGINT" # timeout's own status, 137 after -k
 stopped KILL
 check "SIGKILL status" test $status = 137
 if /usr/bin/python3 -c 'import os; os.open("stop", os.O_TMPFILE | os.O_WRONLY)' 2>/dev/null; then

@@ -73,6 +73,15 @@ with h5py.File("good.h5") as old, h5py.File("newest.h5", "w", libver="latest") a
         new.attrs[key] = value
     for name in old:
         old.copy(name, new)
+# Other units, and wavelengths of um in a field of nm.
+UNITS = {"rad": ("theta_i", numpy.pi / 180), "Radians": ("phi", numpy.pi / 180),
+         "um": ("wavelength", 1e-3), "m": ("wavelength", 1e-9), "nm": ("wavelength", 1e-3),
+         "grad": ("theta_r", 10 / 9)}
+for unit, (name, factor) in UNITS.items():
+    shutil.copy("good.h5", f"in_{unit}.h5")
+    with h5py.File(f"in_{unit}.h5", "a") as file:
+        file[name][...] = file[name][...] * factor
+        file[name].attrs["units"] = numpy.bytes_(unit) if unit == "um" else unit
 shutil.copy("good.h5", "soft.h5")
 with h5py.File("soft.h5", "a") as file:
     file.move("n", "index")
@@ -111,9 +120,35 @@ for file in newest.h5 soft.h5; do
   [ $? = 3 ] && [ ! -s err ] && pass || fail "$file is repaired: $(cat err)" # too coarse to pass
 done
 
+angles="--theta-i 0,45 --theta-r 0,45 --phi 0,180 --pairs 20"
+works "degrees, nm" convert -qf $angles good.h5 sound.h5
+for unit in rad Radians um m; do
+  works "in $unit" convert -qf $angles in_$unit.h5 unit.h5
+  check "in $unit: the same" h5diff -p 1e-7 sound.h5 unit.h5 brdf
+done
+harmless in_grad.h5 "'in_grad.h5': the attribute units of /theta_r is 'grad': give degree or rad" 1
+harmless in_nm.h5 "'in_nm.h5': entry 0 of /wavelength is 0.4 nm; wavelengths are above 10 nm"
+
+# ---- MERL ---------------------------------------------------------------------------------------
+
+# NaN in place of the mark of cells below the horizon; then in one above it, too.
+works "a MERL table" tabulate -q BBQAL2 -o good.binary
+/usr/bin/python3 - <<'END'
+import numpy
+head, cells = open("good.binary", "rb").read(12), numpy.fromfile("good.binary", "<f8", offset=12)
+for name, also in ("marks", 0), ("hole", 1):
+    cells = numpy.where(cells < 0, numpy.nan, cells)
+    if also:
+        cells[100] = numpy.nan
+    with open(name + ".binary", "wb") as file:
+        file.write(head + cells.tobytes())
+END
+works "NaN as a mark" view -q --size 640 --what lobes marks.binary -o marks.png
+refuses "NaN above the horizon" 1 "'hole.binary' is damaged: value 100" view hole.binary -o hole.png
+
 # ---- RGL ---------------------------------------------------------------------------------------
 
-works "a .bsdf" tabulate -q BBQAL2 -o good.bsdf --table-error 0.3
+works "a .bsdf" tabulate -q BBQAL2 -f -o good.bsdf --table-error 0.3
 /usr/bin/python3 - <<'END'
 import struct
 import tensor_file

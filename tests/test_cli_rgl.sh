@@ -71,6 +71,11 @@ for reader in mitsuba-rgb mitsuba-spectral pbrt powitacq powitacq-rgb; do
   check "$reader: the summary says who loads it" has "^$reader.bsdf: loads in "
 done
 check "pbrt is named" has "powitacq_rgb; for pbrt-v4 take --for pbrt"
+works "for pbrt, all that it asks for" tabulate NGGAL -o wide.bsdf --for pbrt --table-error 0.1 --wavelengths 360:830:10
+check "it reads that" reads pbrt wide.bsdf
+check "nothing is beyond" has "^wide.bsdf: loads in pbrt-v4, powitacq and Mitsuba 3's spectral variants\$"
+works "for lidar" tabulate NGGAL -o lidar.bsdf --for powitacq --table-error 0.1 --wavelengths 905,1550
+check "bands beyond are told" has 'outer bands stand for all beyond'
 refuses "for nothing" 2 "--for is for .bsdf outputs" tabulate NGGAL -o x.h5 --for pbrt
 refuses "for another" 2 "pbrt reads spectra" tabulate NGGAL -o x.bsdf --for pbrt --bands rgb
 

@@ -164,7 +164,7 @@ static void test_clean(void **state) {
   judged before = judge(ctx, start, 0), truncated = judge(ctx, start, 1);
   hetab_convert_report r = convert(ctx, start, bsdf, none);
   assert_true(r.from == HETAB_FORMAT_MERL && r.to == HETAB_FORMAT_RGL && r.filled == 0);
-  assert_true(r.srgb_in && r.srgb_out && r.channels_out == 3 && r.specular_kept);
+  assert_true(r.srgb_in && r.srgb_out && r.channels_out == 3);
   assert_below("MERL to RGL", r.error_l1, 0.01);
   assert_below("its error against the closed form", judge(ctx, bsdf, 0).l1,
                before.l1 + 1.5 * r.error_l1);
@@ -361,13 +361,19 @@ static void test_spectral(void **state) {
   const hetab_convert_options coarse = {.table_error = 0.03, .pairs = 20000};
   save_spectral(ctx, h5, surface, engine);
   hetab_convert_report r = convert(ctx, h5, bsdf, coarse);
-  assert_true(!r.srgb_out && r.channels_out == 31 && r.specular_max > 0.1 && r.specular_kept);
+  assert_true(!r.srgb_out && r.channels_out == 31 && r.specular_max > 0.1);
   assert_below("spectral HDF5 to RGL", r.error_l1, 0.03);
   check_wavelengths(ctx, bsdf, lambda_um);
   assert_below("rho_s", specular_difference(ctx, h5, bsdf), 2e-3);
   hetab_grid *grid = new_grid(ctx);
   r = convert(ctx, bsdf, back,
               (hetab_convert_options){.grid = grid, .pairs = 20000, .compression = 1});
+  /* colour has no wavelengths, but a delta */
+  const char *colour = in_folder("colour.h5"), *kept = in_folder("kept.binary");
+  convert(ctx, h5, colour, (hetab_convert_options){.grid = grid, .srgb = 1, .pairs = 1000});
+  r.specular_max = convert(ctx, colour, kept, (hetab_convert_options){.pairs = 1000}).specular_max;
+  assert_true(r.specular_max > 0.1);
+  assert_below("rho_s of colour", specular_difference(ctx, colour, kept), 1e-3);
   hetab_grid_free(grid);
   assert_true(!r.srgb_out && r.channels_out == 31);
   check_wavelengths(ctx, back, lambda_um);

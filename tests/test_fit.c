@@ -345,6 +345,7 @@ static void test_single_starts(void **state) {
     truth t = preset_truth(ctx, i);
     hetab_measurements *m = measure(ctx, &t, &green_um, 1);
     hetab_fit_options o = slope_and_a(&t);
+    o.weights = HETAB_FIT_WEIGHTS_ENERGY;
     double slope = 0, a = 0, worst = 0, worst_a = 0;
     o.starts = 1;
     for (size_t s = 0; s < STARTS; s++) {
@@ -485,6 +486,46 @@ static void test_objective(void **state) {
     assert_true(fit->error > error && fit->error < 1.01 * error);
     hetab_fit_free(fit);
   }
+  hetab_measurements_free(m);
+  hetab_index_free(t.index);
+  hetab_engine_free(engine);
+}
+
+/* What a reader of the numbers has to know. A diffuse part that the constraint does not allow: the
+ * tails may not drag the slope along. */
+static void test_sentences(void **state) {
+  hetab_context *ctx = *state;
+  hetab_engine *engine = series_engine(ctx);
+  truth t = preset_truth(ctx, 4);
+  double slope = t.sigma0_um / t.tau_um;
+  hetab_measurements *m = measure(ctx, &t, &green_um, 1);
+  hetab_fit_options o = slope_and_a(&t);
+  o.weights = HETAB_FIT_WEIGHTS_LOG;
+  o.constraint = HETAB_FIT_POLISHED;
+  hetab_fit *fit = fit_of(ctx, engine, m, &o);
+  assert_below("logarithms, constraint", relative_error(fit->slope, slope), 0.05);
+  assert_true(says(fit, "ends on the constraint") && !says(fit, "dielectric"));
+  hetab_fit_free(fit);
+  o.constraint = HETAB_FIT_ENERGY;
+  fit = fit_of(ctx, engine, m, &o);
+  assert_true(says(fit, "keeps a metal below") && !says(fit, "dielectric"));
+  hetab_fit_free(fit);
+  o.weights = HETAB_FIT_WEIGHTS_REPORT; /* the best slope is below all that are allowed */
+  o.constraint = HETAB_FIT_POLISHED;
+  o.parameters[HETAB_FIT_SLOPE].low = 1.5 * slope;
+  o.parameters[HETAB_FIT_SLOPE].high = 0.2;
+  fit = fit_of(ctx, engine, m, &o);
+  assert_true(says(fit, "on the lower bound of slope"));
+  hetab_fit_free(fit);
+  hetab_measurements_free(m);
+  hetab_index_free(t.index);
+  t = preset_truth(ctx, 1);
+  m = measure(ctx, &t, &green_um, 1);
+  o = slope_and_a(&t);
+  o.parameters[HETAB_FIT_SLOPE] = (hetab_fit_parameter){.value = slope}; /* 12 times the height */
+  fit = fit_of(ctx, engine, m, &o);
+  assert_true(fit->error > 1 && says(fit, "f = 0 everywhere would be nearer"));
+  hetab_fit_free(fit);
   hetab_measurements_free(m);
   hetab_index_free(t.index);
   hetab_engine_free(engine);
@@ -948,6 +989,7 @@ int main(void) {
       TEST(test_exact),
       TEST(test_objective),
       TEST(test_report_weights),
+      TEST(test_sentences),
       TEST(test_selection),
       TEST(test_constraint),
       TEST(test_energy),

@@ -185,8 +185,8 @@
 #define TOL_FIT_SLOPE_CONSTRAINED 7e-3
 /* measured 6.0e-3 (NGGAL, energy weights); of `a`, a reflectance */
 #define TOL_FIT_DIFFUSE 6e-3
-/* measured 8.8e-9; between starts: SLSQP's steps end there */
-#define TOL_FIT_STARTS 1e-8
+/* measured 1.6e-8; between starts: SLSQP's steps end there */
+#define TOL_FIT_STARTS 1e-7
 /* measured 1.8e-9; without noise, double: the optimisers' own tolerance */
 #define TOL_FIT_EXACT_DOUBLE 1e-6
 /* measured 2.1e-5; without noise, float: the objective's minimum is as flat as its rounding */

@@ -13,7 +13,7 @@
  * from their neighbours first, smoothly in the logarithm, and counted.
  *
  * The specular delta goes with the table: /specular_reflectance, or NAME.specular.csv beside MERL
- * and RGL tables, which holds spectra: from linear sRGB without such a file it cannot be written.
+ * and RGL tables: spectra, or the three channels of an HDF5 table in linear sRGB.
  */
 #ifndef HETAB_CONVERT_H
 #define HETAB_CONVERT_H
@@ -44,14 +44,13 @@ typedef struct hetab_convert_report {
   int srgb_in, srgb_out;
   /* What the conversion added: sum |out - in| cos / sum in cos over all channels and viewers, at
    * random incidences from 0 to 80 degrees; `in` is interpolated, in the output's channels. */
-  double error_l1;              /* the output by its readers' rule: MERL truncates */
+  double error_l1;              /* by its readers' rule: MERL truncates, HDF5 linear */
   double error_l1_interpolated; /* by hetab_lookup_eval() */
   double bias;                  /* as error_l1_interpolated, without the modulus */
   size_t filled;                /* cells of the input above the horizon without data */
   size_t negative;              /* numbers of the input a little below 0, set to 0: .bsdf */
   size_t clamped;               /* sRGB components below 0, set to 0 */
-  double specular_max;          /* the largest rho_s of the input */
-  int specular_kept;            /* it is in, or beside, the output; 1 if there is none */
+  double specular_max;          /* the largest rho_s of the input, which the output keeps */
 } hetab_convert_report;
 
 /* HETAB_ERR_UNSUPPORTED: no such format, HETAB_ERR_PARSE: a damaged input, HETAB_ERR_RANGE: no

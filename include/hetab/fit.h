@@ -25,7 +25,7 @@
  *
  * Errors (tests/test_fit.c): the report's five surfaces with a = 0.05 and 2 % noise, measured as a
  * gonioreflectometer does at 1440 pairs: slope within 0.5 %, a within 0.006 (1e-4 with relative
- * weights), the same from every start to 1e-8. From 324 pairs in the incidence plane, energy
+ * weights), the same from every start to 1e-7. From 324 pairs in the incidence plane, energy
  * weights leave `a` of the smoothest, beside a peak of 140 / sr, to within 0.1. Of 60 such
  * sets of GGAL120 the 95 % intervals of the slope held the truth 58 times, those of `a` all 60;
  * with relative weights 53 and 55. */
@@ -49,7 +49,8 @@ typedef enum hetab_fit_weights {
   HETAB_FIT_WEIGHTS_EQUAL,    /* 1 */
   HETAB_FIT_WEIGHTS_RELATIVE, /* 1 / f_measured^2, no smaller f than 1e-3 of the wavelength's mean
                                */
-  HETAB_FIT_WEIGHTS_LOG       /* E^2 = mean (ln f - ln f_measured)^2; values of 0 are left out */
+  HETAB_FIT_WEIGHTS_LOG /* E^2 = mean (ln f - ln f_measured)^2, a hundredth of the wavelength's
+                         * mean added to both; values of 0 are left out */
 } hetab_fit_weights;
 
 typedef enum hetab_fit_constraint {

@@ -39,10 +39,11 @@ static void mend_cells(hetab_merl *merl, hetab_repair_report *report) {
     }
 }
 
-static void find_scales(const hetab_merl *merl, hetab_reading lookup, scales *s,
-                        hetab_repair_report *report) {
+static hetab_status find_scales(hetab_context *ctx, const hetab_merl *merl, hetab_reading lookup,
+                                scales *s, hetab_repair_report *report) {
   s->any = 0;
   for (int t = 0; t < INCIDENCES; t++) {
+    HETAB_TRY(hetab_progress(ctx, t, INCIDENCES));
     double rho[CHANNELS], error[CHANNELS];
     hetab_merl_energy(merl, lookup, t * M_PI / 180, accuracy, rho, error);
     for (int c = 0; c < CHANNELS; c++) {
@@ -52,6 +53,7 @@ static void find_scales(const hetab_merl *merl, hetab_reading lookup, scales *s,
   }
   for (int c = 0; c < CHANNELS; c++)
     s->at[c][INCIDENCES] = s->at[c][INCIDENCES - 1];
+  return HETAB_OK;
 }
 
 /* The smaller of the two whole degrees about an angle. */
@@ -77,7 +79,7 @@ static hetab_status conserve_energy(hetab_context *ctx, hetab_merl *merl, hetab_
   hetab_repair_report first = *report;
   for (int round = 0; round < MOST_ROUNDS; round++) {
     hetab_repair_report now = {.smallest_scale = 1};
-    find_scales(merl, lookup, &s, &now);
+    HETAB_TRY(find_scales(ctx, merl, lookup, &s, &now));
     if (!s.any)
       break;
     product *= now.smallest_scale;
@@ -86,7 +88,6 @@ static hetab_status conserve_energy(hetab_context *ctx, hetab_merl *merl, hetab_
     for (size_t cell = 0; cell < HETAB_MERL_CELLS; cell++)
       if (!is_marked(merl, cell))
         scale_cell(merl, &s, cell);
-    HETAB_TRY(hetab_progress(ctx, round + 1, MOST_ROUNDS));
   }
   first.smallest_scale = product;
   *report = first;

@@ -159,7 +159,7 @@ static size_t look(const batch_job *job, unsigned char *logged) {
 
 static void watch(crew *c, unsigned char *logged) {
   const struct timespec pause = {.tv_nsec = 20000000};
-  cli_progress_count(c->job->ctx, "batch", "surfaces", c->job->quiet);
+  cli_progress_count("batch", "surfaces", c->job->quiet);
   while (c->count) {
     nanosleep(&pause, NULL);
     reap(c);

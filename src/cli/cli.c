@@ -69,6 +69,7 @@ hetab_context *cli_context(void) {
     cli_fail("out of memory");
     return NULL;
   }
+  cli_progress_watch(ctx);
   hetab_keep_inputs(ctx);
   if (hetab_outputs_begin(ctx) == HETAB_OK)
     return ctx;
@@ -84,6 +85,8 @@ int cli_publish(hetab_context *ctx) {
 }
 
 int cli_finish_output(int status) {
+  if (cli_signal()) /* too late to stop anything, but the shell's loop has to know */
+    return fail_signal();
   errno = 0;
   int failed = fflush(stdout) | ferror(stdout);
   if (!failed || status != CLI_OK)

@@ -115,7 +115,7 @@ static int audit_one(audit_job *job, const char *input, int table) {
   if (status >= 0)
     return status;
   result->input = input;
-  cli_progress_begin(job->ctx, input, job->request->quiet);
+  cli_progress_begin(input, job->request->quiet);
   hetab_status done =
       table ? hetab_audit_table(job->ctx, job->engine, input, &job->options, &result->audit)
             : run_surface(job, input, &result->audit);
@@ -130,7 +130,7 @@ static int audit_one(audit_job *job, const char *input, int table) {
 
 static int repair(audit_job *job, const char *input) {
   const audit_request *r = job->request;
-  cli_progress_begin(job->ctx, "repair", r->quiet);
+  cli_progress_begin("repair", r->quiet);
   hetab_status done = hetab_repair(job->ctx, input, r->repair, job->options.lookup, r->scale_energy,
                                    r->force, &job->report.repair);
   cli_progress_end();
@@ -254,7 +254,7 @@ static int parse(const cli_command *self, int argc, char **argv, audit_request *
       {CLI_FLAG, "scale-energy", 0, NULL, "and scaled so that no incidence reflects more than 1",
        &r->scale_energy, 0, 0},
       {CLI_TEXT, "html", 0, "FILE", "write FILE, a page with the plots", &r->html, 0, 0},
-      {CLI_FLAG, "force", 'f', NULL, "overwrite OUT and FILE", &r->force, 0, 0},
+      CLI_FORCE(&r->force),
       {CLI_NUMBER, "max-excess", 0, "X", "rho_dh may exceed its bounds by X (0)", &o->max_excess, 0,
        10},
       {CLI_NUMBER, "max-asymmetry", 0, "X",
@@ -270,11 +270,9 @@ static int parse(const cli_command *self, int argc, char **argv, audit_request *
       {CLI_COUNT, "pairs", 0, "N", "direction pairs of the comparison (1000000)", &o->pairs, 1,
        1e9},
       {CLI_COUNT, "seed", 0, "N", "of those pairs (0)", &r->seed, 0, 4294967295.0},
-      {CLI_TEXT, "device", 0, "SEL", "number or part of the name of a device ('hetab devices')",
-       &r->device, 0, 0},
-      {CLI_CHOICE, "precision", 0, "float|double", "arithmetic on the device (float)",
-       &r->precision, 0, 0},
-      {CLI_FLAG, "quiet", 'q', NULL, "print neither verdicts nor progress", &r->quiet, 0, 0},
+      CLI_DEVICE(&r->device),
+      CLI_PRECISION(&r->precision),
+      CLI_QUIET(&r->quiet),
       {CLI_FLAG, "json", 0, NULL,
        "print JSON: {version, verdict, summary: {pass, warn, fail}, repair: {output, entries, "
        "replaced, clamped, symmetrised, max_change_abs, max_change_rel, scaled_incidences, "

@@ -292,7 +292,6 @@ static int run_job(const cli_command *self, const batch_request *r) {
 }
 
 static int parse(const cli_command *self, int argc, char **argv, batch_request *r) {
-  int first;
   const cli_option options[] = {
       {CLI_TEXT, "output", 'o', "DIR", "the folder of the tables, made if it is not there",
        &r->folder, 0, 0},
@@ -307,19 +306,14 @@ static int parse(const cli_command *self, int argc, char **argv, batch_request *
       {CLI_FLAG, "dry-run", 'n', NULL, "list what would be made", &r->dry_run, 0, 0},
       {CLI_FLAG, "report", 0, NULL, "make nothing but the overview, of what is there", &r->report,
        0, 0},
-      {CLI_FLAG, "quiet", 'q', NULL, "print neither summary nor progress", &r->quiet, 0, 0},
+      CLI_QUIET(&r->quiet),
       {CLI_FLAG, "json", 0, NULL, "print the summary as JSON, as described above", &r->json, 0, 0},
       {0}};
-  int status = cli_parse_options(self, options, argc, argv, &first);
+  int status = cli_parse_operand(self, options, argc, argv, "SCENE", &r->scene);
   if (status >= 0)
     return status;
-  if (!argv[first])
-    return cli_usage(self, "no SCENE given");
-  if (argv[first + 1])
-    return cli_usage(self, "unexpected argument '%s'", argv[first + 1]);
   if (r->shard && !launcher_parse(r->shard, &r->share))
     return cli_usage(self, "--shard '%s': give I/N, I from 1 to N", r->shard);
-  r->scene = argv[first];
   if (!r->shard)
     return launcher_find(&r->share);
   snprintf(r->share.source, sizeof r->share.source, "--shard");

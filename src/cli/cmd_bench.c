@@ -142,7 +142,7 @@ static int bench_one(bench *b, const char *name) {
   if (open_surface(b->ctx, name, &surface) != HETAB_OK)
     return cli_fail_context(b->ctx);
   b->label = name;
-  cli_progress_begin(b->ctx, name, b->quiet);
+  cli_progress_begin(name, b->quiet);
   hetab_status status = hetab_bench(b->ctx, surface, &b->options, on_row, b);
   hetab_surface_free(surface);
   cli_progress_end();
@@ -219,14 +219,13 @@ static int run(const cli_command *self, int argc, char **argv) {
   const cli_option options[] = {
       {CLI_TEXT, "csv", 0, "FILE", "also write the results to FILE, a row per surface and method",
        &csv_path, 0, 0},
-      {CLI_FLAG, "force", 'f', NULL, "overwrite FILE", &force, 0, 0},
-      {CLI_TEXT, "device", 0, "SEL", "number or part of the name of a device ('hetab devices')",
-       &b.options.devices, 0, 0},
+      CLI_FORCE(&force),
+      CLI_DEVICE(&b.options.devices),
       {CLI_COUNT, "samples", 0, "N", "entries compared with the literal reference (20000)",
        &b.options.samples, 1, 1e9},
       {CLI_COUNT, "repeats", 0, "N",
        "timed runs of each kernel; the median counts (5 to 64, for 0.6 s)", &repeats, 1, 1000},
-      {CLI_FLAG, "quiet", 'q', NULL, "print neither table nor progress", &b.quiet, 0, 0},
+      CLI_QUIET(&b.quiet),
       {CLI_FLAG, "json", 0, NULL,
        "print JSON: {device, version, results: [{surface, method, precision, tolerance, "
        "entries_per_second, ratio_to_literal, ratio_to_store, "

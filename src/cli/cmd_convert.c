@@ -20,7 +20,7 @@ static void print_text(const request *r, const hetab_convert_report *report) {
          report->srgb_out ? "channels of linear sRGB" : "wavelengths");
   printf("  error added by the conversion: L1 %.2g %%, bias %+.2g %%", 100 * report->error_l1,
          100 * report->bias);
-  if (report->to == HETAB_FORMAT_MERL)
+  if (report->to != HETAB_FORMAT_RGL)
     printf(" (L1 %.2g %% if interpolated)", 100 * report->error_l1_interpolated);
   printf("\n");
   if (report->filled)
@@ -30,21 +30,18 @@ static void print_text(const request *r, const hetab_convert_report *report) {
     printf("  %zu numbers of '%s' a little below 0 set to 0\n", report->negative, r->in);
   if (report->clamped)
     printf("  %zu colour components outside sRGB set to 0\n", report->clamped);
-  if (!report->specular_kept)
-    printf("  the specular delta (rho_s up to %.3g) is NOT in the output: it needs wavelengths\n",
-           report->specular_max);
 }
 
 static int print_json(const request *r, const hetab_convert_report *report) {
   return cli_json_print(json_pack(
-      "{so so ss ss sI sI sb sb sf sf sf sI sI sI sf sb ss}", "input", cli_json_text(r->in),
-      "output", cli_json_text(r->out), "from", hetab_format_word(report->from), "to",
+      "{so so ss ss sI sI sb sb sf sf sf sI sI sI sf ss}", "input", cli_json_text(r->in), "output",
+      cli_json_text(r->out), "from", hetab_format_word(report->from), "to",
       hetab_format_word(report->to), "channels_in", (json_int_t)report->channels_in, "channels_out",
       (json_int_t)report->channels_out, "srgb_in", report->srgb_in, "srgb_out", report->srgb_out,
       "error_l1", report->error_l1, "error_l1_interpolated", report->error_l1_interpolated, "bias",
       report->bias, "filled", (json_int_t)report->filled, "negative", (json_int_t)report->negative,
-      "clamped", (json_int_t)report->clamped, "specular_max", report->specular_max, "specular_kept",
-      report->specular_kept, "version", hetab_version()));
+      "clamped", (json_int_t)report->clamped, "specular_max", report->specular_max, "version",
+      hetab_version()));
 }
 
 static int print_report(const request *r, const hetab_convert_report *report) {
@@ -76,7 +73,7 @@ static int run_request(request *r) {
     status = set_grid(ctx, r, grid);
   if (status == HETAB_OK) {
     r->options.grid = grid;
-    cli_progress_begin(ctx, "converting", r->quiet);
+    cli_progress_begin("converting", r->quiet);
     status = hetab_convert(ctx, r->in, r->out, &r->options, &report);
     cli_progress_end();
   }
@@ -109,12 +106,11 @@ static int run(const cli_command *self, int argc, char **argv) {
        9},
       {CLI_COUNT, "pairs", 0, "N", "pairs of directions for the error (100000)", &o->pairs, 1, 1e9},
       {CLI_COUNT, "seed", 0, "N", "seed of the pairs (0)", &r.seed, 0, 4294967295.0},
-      {CLI_FLAG, "force", 'f', NULL, "replace an existing file", &o->overwrite, 0, 0},
-      {CLI_FLAG, "quiet", 'q', NULL, "print no progress and no summary", &r.quiet, 0, 0},
+      CLI_FORCE(&o->overwrite),
+      CLI_QUIET(&r.quiet),
       {CLI_FLAG, "json", 0, NULL,
        "print JSON: {input, output, from, to, channels_in, channels_out, srgb_in, srgb_out, "
        "error_l1, error_l1_interpolated, bias, filled, negative, clamped, specular_max, "
-       "specular_kept, "
        "version}",
        &r.json, 0, 0},
       {0},
@@ -141,7 +137,8 @@ const cli_command cli_convert = {
         "Reads a table, HDF5 (.h5), MERL (.binary, anyone's) or RGL (.bsdf), told by its content, "
         "and writes the format that OUT ends in. Prints the error that the conversion added: the "
         "relative L1 difference between the input, interpolated, and the output, read by its own "
-        "readers' rule, at random pairs of directions.\n\n"
+        "readers' rule (MERL truncates, HDF5 linear between nodes; also by hetab's look-ups, which "
+        "know lobes), at random pairs of directions.\n\n"
         "From wavelengths to linear sRGB the colour under D65 is taken; out-of-gamut components "
         "become 0 and are counted. From linear sRGB to HDF5 the file has three channels in place "
         "of wavelengths: no spectrum is made up.\n\n"

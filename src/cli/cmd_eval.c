@@ -311,25 +311,19 @@ static int run_request(const request *r) {
 
 static int run(const cli_command *self, int argc, char **argv) {
   request r = {0};
-  int first;
   const cli_option options[] = {
-      {CLI_CHOICE, "precision", 0, "float|double", "arithmetic on the device (float)", &r.precision,
-       0, 0},
+      CLI_PRECISION(&r.precision),
       {CLI_CHOICE, "method", 0, "series|literal",
        "the kernels' series, or the printed equations in double on the host (series)", &r.literal,
        0, 0},
-      {CLI_TEXT, "device", 0, "SEL", "number or part of the name of a device ('hetab devices')",
-       &r.device, 0, 0},
+      CLI_DEVICE(&r.device),
       {CLI_FLAG, "extrapolate", 0, NULL, "allow wavelengths outside SURFACE's index data",
        &r.extrapolate, 0, 0},
       {0},
   };
-  int status = cli_parse_options(self, options, argc, argv, &first);
+  int status = cli_parse_operand(self, options, argc, argv, NULL, &r.surface);
   if (status >= 0)
     return status;
-  if (argc - first > 1)
-    return cli_usage(self, "unexpected argument '%s'", argv[first + 1]);
-  r.surface = argv[first]; /* NULL if there is none */
   return run_request(&r);
 }
 

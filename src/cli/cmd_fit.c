@@ -114,7 +114,7 @@ static int compute(fit_job *job) {
              sizeof(hetab_fit *));
   if (!job->report.fits)
     return cli_fail("out of memory");
-  cli_progress_begin(job->ctx, "fit", r->quiet);
+  cli_progress_begin("fit", r->quiet);
   hetab_status status = r->per_wavelength ? fit_each(job) : fit_once(job, &job->options);
   cli_progress_end();
   return status == HETAB_OK ? -1 : cli_fail_context(job->ctx);
@@ -214,15 +214,9 @@ static int run_request(const fit_request *r) {
 
 static int run(const cli_command *self, int argc, char **argv) {
   fit_request r = {.free = "slope,a"};
-  int first, status = fit_parse(self, argc, argv, &r, &first);
-  if (status < 0 && first == argc)
-    status = cli_usage(self, "no MEASUREMENTS given");
-  if (status < 0 && argv[first + 1])
-    status = cli_usage(self, "unexpected argument '%s'", argv[first + 1]);
-  if (status < 0) {
-    r.measurements = argv[first];
+  int status = fit_parse(self, argc, argv, &r);
+  if (status < 0)
     status = fit_check(self, &r);
-  }
   if (status < 0)
     status = run_request(&r);
   free(r.bounds.items);

@@ -55,20 +55,17 @@ static int run_plan(const char *path, int scheduler, int json) {
 }
 
 static int run(const cli_command *self, int argc, char **argv) {
-  int json = 0, scheduler = -1, first;
+  const char *scene;
+  int json = 0, scheduler = -1;
   const cli_option options[] = {
       {CLI_FLAG, "json", 0, NULL, "print the plan as JSON, as described above", &json, 0, 0},
       {CLI_CHOICE, "jobs-for", 0, "slurm|parallel",
        "print the job file, or the command line, that starts the batch", &scheduler, 0, 0},
       {0}};
-  int status = cli_parse_options(self, options, argc, argv, &first);
+  int status = cli_parse_operand(self, options, argc, argv, "SCENE", &scene);
   if (status >= 0)
     return status;
-  if (!argv[first])
-    return cli_usage(self, "no SCENE given");
-  if (argv[first + 1])
-    return cli_usage(self, "unexpected argument '%s'", argv[first + 1]);
-  return run_plan(argv[first], scheduler, json);
+  return run_plan(scene, scheduler, json);
 }
 
 const cli_command cli_plan = {

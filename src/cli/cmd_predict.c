@@ -261,7 +261,7 @@ static int check_files(const cli_command *self, const request *r) {
   return -1;
 }
 
-static int parse(const cli_command *self, int argc, char **argv, request *r, int *first) {
+static int parse(const cli_command *self, int argc, char **argv, request *r) {
   const cli_option options[] = {
       {CLI_TEXT, "theta-i", 0, "SPEC",
        "incident polar angles in degrees: start:stop:count, cells:N, or a list (those measured, or "
@@ -295,15 +295,13 @@ static int parse(const cli_command *self, int argc, char **argv, request *r, int
       {CLI_NUMBER, "step", 0, "DEG", "of theta_r in the curves (0.5)", &r->step_deg, 0.01, 90},
       {CLI_TEXT, "csv", 0, "FILE", "write FILE, the curves and the measured points", &r->csv, 0, 0},
       {CLI_TEXT, "html", 0, "FILE", "write FILE, a page with the plots", &r->html, 0, 0},
-      {CLI_FLAG, "force", 'f', NULL, "overwrite these files", &r->force, 0, 0},
-      {CLI_CHOICE, "precision", 0, "float|double", "arithmetic on the device (float)",
-       &r->precision, 0, 0},
+      CLI_FORCE(&r->force),
+      CLI_PRECISION(&r->precision),
       {CLI_CHOICE, "method", 0, "series|literal",
        "the kernels' series, or the printed equations in double on the host (series)", &r->literal,
        0, 0},
-      {CLI_TEXT, "device", 0, "SEL", "number or part of the name of a device ('hetab devices')",
-       &r->device, 0, 0},
-      {CLI_FLAG, "quiet", 'q', NULL, "print nothing", &r->quiet, 0, 0},
+      CLI_DEVICE(&r->device),
+      CLI_QUIET(&r->quiet),
       {CLI_FLAG, "json", 0, NULL,
        "print JSON: {surface, version, sigma0_um: {value, low, high}, tau_um, error, theta_r_deg, "
        "curves: [{wavelength_nm, theta_i_deg, peak_theta_r_deg, f, low, high, rho_s}], measured: "
@@ -312,24 +310,19 @@ static int parse(const cli_command *self, int argc, char **argv, request *r, int
        &r->json, 0, 0},
       {0},
   };
-  return cli_parse_options(self, options, argc, argv, first);
+  return cli_parse_operand(self, options, argc, argv, "SURFACE", &r->surface);
 }
 
 static int run(const cli_command *self, int argc, char **argv) {
   request r = {.non_uniformity = -1, .slope_spread = -1};
   hetab_roughness_bounds bounds = {0};
-  int first, status = parse(self, argc, argv, &r, &first);
-  if (status < 0 && !argv[first])
-    status = cli_usage(self, "no SURFACE given");
-  if (status < 0 && argv[first + 1])
-    status = cli_usage(self, "unexpected argument '%s'", argv[first + 1]);
+  int status = parse(self, argc, argv, &r);
   if (status < 0)
     status = check_bounds(self, &r, &bounds);
   if (status < 0)
     status = check_files(self, &r);
   if (status >= 0)
     return status;
-  r.surface = argv[first];
   return run_request(&r, &bounds);
 }
 

@@ -76,7 +76,7 @@ static int compute(reflectance_job *job) {
   job->polished = calloc(job->count, sizeof *job->polished);
   if (!job->values || !job->dh || !job->polished)
     return cli_fail("out of memory");
-  cli_progress_begin(job->ctx, hetab_surface_name(job->surface), job->request->quiet);
+  cli_progress_begin(hetab_surface_name(job->surface), job->request->quiet);
   hetab_status status = integrate(job);
   cli_progress_end();
   if (status == HETAB_OK && job->request->rgb)
@@ -199,7 +199,6 @@ static int run_request(const request *r) {
 
 static int run(const cli_command *self, int argc, char **argv) {
   request r = {.theta_i = "0:85:18"};
-  int first;
   const cli_option options[] = {
       {CLI_TEXT, "theta-i", 0, "SPEC",
        "incident polar angles in degrees: start:stop:count, cells:N, or a list (0:85:18)",
@@ -214,10 +213,8 @@ static int run(const cli_command *self, int argc, char **argv) {
        &r.rgb, 0, 0},
       {CLI_NUMBER, "tolerance", 0, "E", "relative error of rho_dd (1e-5 in float, 1e-9 in double)",
        &r.tolerance, 1e-12, 0.1},
-      {CLI_CHOICE, "precision", 0, "float|double", "arithmetic on the device (float)", &r.precision,
-       0, 0},
-      {CLI_TEXT, "device", 0, "SEL", "number or part of the name of a device ('hetab devices')",
-       &r.device, 0, 0},
+      CLI_PRECISION(&r.precision),
+      CLI_DEVICE(&r.device),
       {CLI_FLAG, "quiet", 'q', NULL, "print no progress", &r.quiet, 0, 0},
       {CLI_FLAG, "json", 0, NULL,
        "print JSON: {surface, device, precision, version, reflectances: [{wavelength_nm, "
@@ -226,14 +223,9 @@ static int run(const cli_command *self, int argc, char **argv) {
        &r.json, 0, 0},
       {0},
   };
-  int status = cli_parse_options(self, options, argc, argv, &first);
+  int status = cli_parse_operand(self, options, argc, argv, "SURFACE", &r.surface);
   if (status >= 0)
     return status;
-  if (!argv[first])
-    return cli_usage(self, "no SURFACE given");
-  if (argv[first + 1])
-    return cli_usage(self, "unexpected argument '%s'", argv[first + 1]);
-  r.surface = argv[first];
   return run_request(&r);
 }
 

@@ -104,7 +104,7 @@ static int measure(roughness_job *job) {
                                      .level = (hetab_level)r->level,
                                      .outlier = r->outlier > 0 ? r->outlier : -1,
                                      .wavelength_um = r->wavelength_nm / 1000};
-  cli_progress_begin(job->ctx, "scans", r->quiet);
+  cli_progress_begin("scans", r->quiet);
   hetab_status status =
       hetab_roughness_measure(job->ctx, job->heights, job->count, &options, &job->roughness);
   cli_progress_end();
@@ -243,55 +243,75 @@ static int check_request(const cli_command *self, request *r, char **paths) {
   return -1;
 }
 
-static int run(const cli_command *self, int argc, char **argv) {
-  request r = {.outlier = 6, .wavelength_nm = 700};
-  int first;
+static cli_option *filter_options(cli_option *next, request *r) {
   const cli_option options[] = {
       {CLI_TEXT, "cutoff", 0, "UM|auto",
        "separate the small scale with a filter of this cut-off; auto: the one with the largest "
        "sigma / tau, with the cut-offs tried",
-       &r.cutoff, 0, 0},
+       &r->cutoff, 0, 0},
       {CLI_CHOICE, "filter", 0, "gaussian|robust|fourier|average",
        "the Gaussian filter of ISO 16610-21, the robust one of ISO 16610-31, all that is shorter "
        "than the cut-off, or less the mean over it (gaussian)",
-       &r.filter, 0, 0},
+       &r->filter, 0, 0},
+  };
+  memcpy(next, options, sizeof options);
+  return next + sizeof options / sizeof *options;
+}
+
+static cli_option *reading_options(cli_option *next, request *r) {
+  const cli_option options[] = {
       {CLI_NUMBER, "spacing", 0, "UM", "between heights, for text without x and maps without sizes",
-       &r.spacing_um, 1e-6, 1e4},
+       &r->spacing_um, 1e-6, 1e4},
       {CLI_TEXT, "unit", 0, "UNIT",
        "nm, um, mm or m: of text whose header names no unit; mm,um: of places and of heights",
-       &r.unit, 0, 0},
+       &r->unit, 0, 0},
       {CLI_TEXT, "columns", 0, "X,Z",
-       "the columns of text to read, by name or number from 1: z, x,z or x,y,z", &r.columns, 0, 0},
+       "the columns of text to read, by name or number from 1: z, x,z or x,y,z", &r->columns, 0, 0},
       {CLI_CHOICE, "decimal", 0, "any|point|comma",
-       "the decimal mark, where the file allows both readings (any)", &r.decimal, 0, 0},
+       "the decimal mark, where the file allows both readings (any)", &r->decimal, 0, 0},
       {CLI_FLAG, "ignore-checksums", 0, NULL, "read X3P files whose checksums are wrong",
-       &r.ignore_checksums, 0, 0},
+       &r->ignore_checksums, 0, 0},
       {CLI_NUMBER, "resample", 0, "UM",
-       "interpolate unequally spaced heights linearly, this far apart", &r.resample_um, 1e-6, 1e4},
+       "interpolate unequally spaced heights linearly, this far apart", &r->resample_um, 1e-6, 1e4},
+  };
+  memcpy(next, options, sizeof options);
+  return next + sizeof options / sizeof *options;
+}
+
+static cli_option *level_options(cli_option *next, request *r) {
+  const cli_option options[] = {
       {CLI_CHOICE, "level", 0, "fit|none",
-       "subtract the least-squares line of a scan, plane of a map (fit)", &r.level, 0, 0},
+       "subtract the least-squares line of a scan, plane of a map (fit)", &r->level, 0, 0},
       {CLI_NUMBER, "outliers", 0, "K",
        "leave out heights further than K robust standard deviations from the median of the 7 about "
        "them (6; 0: keep all)",
-       &r.outlier, 0, 1e9},
+       &r->outlier, 0, 1e9},
       {CLI_NUMBER, "wavelength", 0, "NM", "that the radius of curvature is judged against (700)",
-       &r.wavelength_nm, 1, 1e6},
+       &r->wavelength_nm, 1, 1e6},
+  };
+  memcpy(next, options, sizeof options);
+  return next + sizeof options / sizeof *options;
+}
+
+static cli_option *output_options(cli_option *next, request *r) {
+  const cli_option options[] = {
       {CLI_TEXT, "csv", 0, "FILE", "write FILE, a row per scan and component with all errors",
-       &r.csv, 0, 0},
-      {CLI_TEXT, "html", 0, "FILE", "write FILE, a page with tables and plots", &r.html, 0, 0},
+       &r->csv, 0, 0},
+      {CLI_TEXT, "html", 0, "FILE", "write FILE, a page with tables and plots", &r->html, 0, 0},
       {CLI_TEXT, "surface", 0, "FILE",
-       "write FILE, a surface for 'hetab tabulate', with the bounds as comments", &r.surface, 0, 0},
+       "write FILE, a surface for 'hetab tabulate', with the bounds as comments", &r->surface, 0,
+       0},
       {CLI_TEXT, "index", 0, "INDEX", "of that surface: a metal, n=N or n=N,k=K, or a file",
-       &r.index, 0, 0},
+       &r->index, 0, 0},
       {CLI_TEXT, "rows", 0, "FILE",
        "instead of scans: check published tables, this one and those named after it. CSV: a "
        "header, "
        "a row per scan, rows named average, deviation, non-uniformity. Checked: these, slope = "
        "sigma / tau in every row, a row of one table that has the averages of another. Exit status "
        "3: a number differs by more than the rounding of the rows allows",
-       &r.rows, 0, 0},
-      {CLI_FLAG, "force", 'f', NULL, "overwrite files", &r.force, 0, 0},
-      {CLI_FLAG, "quiet", 'q', NULL, "print neither results nor progress", &r.quiet, 0, 0},
+       &r->rows, 0, 0},
+      CLI_FORCE(&r->force),
+      CLI_QUIET(&r->quiet),
       {CLI_FLAG, "json", 0, NULL,
        "print JSON: {version, scans: [{name, points, spacing_um, missing, outliers}], cutoff_um, "
        "filter, "
@@ -304,9 +324,17 @@ static int run(const cli_command *self, int argc, char **argv) {
        "[{name, rows, columns: [{name, average, deviation, "
        "non_uniformity}]}], checks: [{table, against, row, column, stated, value, low, high, "
        "verdict}]}",
-       &r.json, 0, 0},
-      {0},
+       &r->json, 0, 0},
   };
+  memcpy(next, options, sizeof options);
+  return next + sizeof options / sizeof *options;
+}
+
+static int run(const cli_command *self, int argc, char **argv) {
+  request r = {.outlier = 6, .wavelength_nm = 700};
+  cli_option options[CLI_MAX_OPTIONS + 1] = {{0}};
+  int first;
+  output_options(level_options(reading_options(filter_options(options, &r), &r), &r), &r);
   int status = cli_parse_options(self, options, argc, argv, &first);
   if (status < 0)
     status = check_request(self, &r, argv + first);

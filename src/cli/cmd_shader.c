@@ -35,7 +35,6 @@ static int write_shader(hetab_context *ctx, const request *r) {
 }
 
 static int run(const cli_command *self, int argc, char **argv) {
-  int first;
   request r = {.language = -1};
   const cli_option options[] = {
       {CLI_CHOICE, "language", 'l', "c|glsl|python|mitsuba",
@@ -43,17 +42,14 @@ static int run(const cli_command *self, int argc, char **argv) {
        0},
       {CLI_TEXT, "output", 'o', "FILE", "where to write; without it, standard output", &r.output, 0,
        0},
-      {CLI_FLAG, "force", 'f', NULL, "overwrite an existing file", &r.force, 0, 0},
+      CLI_FORCE(&r.force),
       {0},
   };
-  int status = cli_parse_options(self, options, argc, argv, &first);
+  int status = cli_parse_operand(self, options, argc, argv, NULL, &r.surface);
   if (status >= 0)
     return status;
   if (r.language < 0)
     return cli_usage(self, "no --language given: c, glsl, python or mitsuba");
-  if (argc - first > 1)
-    return cli_usage(self, "unexpected argument '%s'", argv[first + 1]);
-  r.surface = argv[first];
   hetab_context *ctx = cli_context();
   status = ctx ? write_shader(ctx, &r) : CLI_FAILURE;
   hetab_context_free(ctx);

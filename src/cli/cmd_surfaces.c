@@ -219,7 +219,8 @@ static int print_one(const char *name, int json) {
 }
 
 static int run(const cli_command *self, int argc, char **argv) {
-  int first, json = 0, as = -1;
+  const char *surface;
+  int json = 0, as = -1;
   const cli_option options[] = {
       {CLI_FLAG, "json", 0, NULL,
        "print JSON: {presets: [{name, description}], metals: [{symbol, name, citation}]}, or the "
@@ -230,16 +231,14 @@ static int run(const cli_command *self, int argc, char **argv) {
        0, 0},
       {0},
   };
-  int status = cli_parse_options(self, options, argc, argv, &first);
+  int status = cli_parse_operand(self, options, argc, argv, NULL, &surface);
   if (status >= 0)
     return status;
-  if (argc - first > 1)
-    return cli_usage(self, "unexpected argument '%s'", argv[first + 1]);
   if (as >= 0)
-    return argc - first == 1 ? print_stand_in(argv[first], as, json)
-                             : cli_usage(self, "--as takes the name or file of a surface");
-  if (argc - first == 1)
-    return print_one(argv[first], json);
+    return surface ? print_stand_in(surface, as, json)
+                   : cli_usage(self, "--as takes the name or file of a surface");
+  if (surface)
+    return print_one(surface, json);
   return json ? list_json() : list_text();
 }
 

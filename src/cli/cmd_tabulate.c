@@ -209,7 +209,7 @@ static int write_tables(const cli_command *self, tabulate_job *job) {
   job->reports = calloc(r->files.count, sizeof *job->reports);
   if (!job->reports)
     return cli_fail("out of memory");
-  cli_progress_begin(job->ctx, hetab_surface_name(job->surface), r->quiet);
+  cli_progress_begin(hetab_surface_name(job->surface), r->quiet);
   hetab_status status = hetab_tabulate_to(job->ctx, NULL, job->surface, r->files.items,
                                           r->files.count, &options, job->reports);
   cli_progress_end();
@@ -279,6 +279,8 @@ const cli_command cli_tabulate = {
         "kernel_entries_per_second, error (samples, compared, max_sampled, share_above, p99_rel, "
         "rms_rel, max_abs_below_floor, bad; null without samples), specular (max, share of the "
         "light, file, in_table, cone_deg), loads_in and, for merl, clamped; for exr, saturated; "
+        "for "
+        "hdf5 and exr, linear_readers (error_l1, lobe_deg, step_deg, theta_needed, phi_needed); "
         "for rgl, table (bands, table_error, error_l1, bias, error_grazing, theta_i, resolution, "
         "bytes, clamped).",
     .run = run,

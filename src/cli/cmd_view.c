@@ -9,7 +9,6 @@
 #include "options.h"
 #include "numbers.h"
 #include "output.h"
-#include "progress.h"
 #include "signals.h"
 
 typedef struct request {
@@ -118,15 +117,12 @@ static hetab_status make_explorer(view_job *job) {
              : status;
 }
 
-/* The bar would start anew with every batch: the context is only asked to stop on signals. */
 static int make(view_job *job) {
-  cli_progress_begin(job->ctx, job->request->input, 1);
   hetab_status status = take_theta_i(job);
   if (status == HETAB_OK)
     status = is_explorer(job->request)       ? make_explorer(job)
              : is_table(job->request->input) ? view_table(job)
                                              : view_surface(job);
-  cli_progress_end();
   return status == HETAB_OK ? -1 : cli_fail_context(job->ctx);
 }
 
@@ -173,7 +169,6 @@ static int run_request(const cli_command *self, const request *r) {
 
 static int run(const cli_command *self, int argc, char **argv) {
   request r = {0};
-  int first;
   const cli_option options[] = {
       {CLI_TEXT, "output", 'o', "FILE",
        "the picture: a page (.png), linear data (.exr), or an explorer (.html)", &r.output, 0, 0},
@@ -188,21 +183,15 @@ static int run(const cli_command *self, int argc, char **argv) {
        &r.exposure, -20, 20},
       {CLI_FLAG, "nearest", 0, NULL, "show a table's own numbers, not what is between them",
        &r.nearest, 0, 0},
-      {CLI_TEXT, "device", 0, "SEL", "number or part of the name of a device ('hetab devices')",
-       &r.device, 0, 0},
-      {CLI_FLAG, "force", 'f', NULL, "overwrite an existing file", &r.force, 0, 0},
-      {CLI_FLAG, "quiet", 'q', NULL, "print nothing", &r.quiet, 0, 0},
+      CLI_DEVICE(&r.device),
+      CLI_FORCE(&r.force),
+      CLI_QUIET(&r.quiet),
       {CLI_FLAG, "json", 0, NULL, "print {input, file, version}", &r.json, 0, 0},
       {0},
   };
-  int status = cli_parse_options(self, options, argc, argv, &first);
+  int status = cli_parse_operand(self, options, argc, argv, "SURFACE or FILE", &r.input);
   if (status >= 0)
     return status;
-  if (!argv[first])
-    return cli_usage(self, "no SURFACE or FILE given");
-  if (argv[first + 1])
-    return cli_usage(self, "unexpected argument '%s'", argv[first + 1]);
-  r.input = argv[first];
   return run_request(self, &r);
 }
 

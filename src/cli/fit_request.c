@@ -166,9 +166,8 @@ static cli_option *output_options(cli_option *next, fit_request *r) {
       {CLI_TEXT, "html", 0, "FILE", "write FILE, a page with the plots", &r->html, 0, 0},
       {CLI_CHOICE, "precision", 0, "double|float", "arithmetic on the device (double)",
        &r->precision, 0, 0},
-      {CLI_TEXT, "device", 0, "SEL", "number or part of the name of a device ('hetab devices')",
-       &r->device, 0, 0},
-      {CLI_FLAG, "force", 'f', NULL, "overwrite outputs", &r->force, 0, 0},
+      CLI_DEVICE(&r->device),
+      CLI_FORCE(&r->force),
       {CLI_FLAG, "quiet", 'q', NULL, "print no progress", &r->quiet, 0, 0},
       {CLI_FLAG, "json", 0, NULL,
        "print JSON: {measurements, device, precision, version, fits: [{error, rms, weights, "
@@ -185,13 +184,13 @@ static cli_option *output_options(cli_option *next, fit_request *r) {
   return next + sizeof options / sizeof *options;
 }
 
-int fit_parse(const cli_command *self, int argc, char **argv, fit_request *r, int *first) {
+int fit_parse(const cli_command *self, int argc, char **argv, fit_request *r) {
   cli_option options[CLI_MAX_OPTIONS + 1] = {{0}};
   cli_option *next = unknown_options(options, r);
   next = data_options(next, r);
   next = search_options(next, r);
   output_options(next, r);
-  int status = cli_parse_options(self, options, argc, argv, first);
+  int status = cli_parse_operand(self, options, argc, argv, "MEASUREMENTS", &r->measurements);
   r->options.exclude_mirror = hetab_radians(r->exclude_mirror_deg);
   return status;
 }

@@ -15,8 +15,8 @@ typedef struct fit_request {
   hetab_fit_options options;
 } fit_request;
 
-/* As cli_parse_options; and whether it makes sense, once measurements is set. */
-int fit_parse(const cli_command *self, int argc, char **argv, fit_request *r, int *first);
+/* As cli_parse_operand; and whether it makes sense. */
+int fit_parse(const cli_command *self, int argc, char **argv, fit_request *r);
 int fit_check(const cli_command *self, fit_request *r);
 
 #endif

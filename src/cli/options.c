@@ -185,3 +185,16 @@ int cli_parse_options(const cli_command *self, const cli_option *options, int ar
   *first = optind;
   return -1;
 }
+
+int cli_parse_operand(const cli_command *self, const cli_option *options, int argc, char **argv,
+                      const char *what, const char **operand) {
+  int first, status = cli_parse_options(self, options, argc, argv, &first);
+  if (status >= 0)
+    return status;
+  if (what && first == argc)
+    return cli_usage(self, "no %s given", what);
+  if (argc - first > 1)
+    return cli_usage(self, "unexpected argument '%s'", argv[first + 1]);
+  *operand = argv[first];
+  return -1;
+}

@@ -38,6 +38,24 @@ typedef struct cli_option {
 int cli_parse_options(const cli_command *self, const cli_option *options, int argc, char **argv,
                       int *first);
 
+/* The same of a command with one operand: *operand, NULL if there is none, which is an error where
+ * `what` names it. */
+int cli_parse_operand(const cli_command *self, const cli_option *options, int argc, char **argv,
+                      const char *what, const char **operand);
+
+/* Options that commands share: rows of their tables. */
+#define CLI_DEVICE(value)                                                                          \
+  {                                                                                                \
+    CLI_TEXT, "device", 0, "SEL", "number or part of the name of a device ('hetab devices')",      \
+        value, 0, 0                                                                                \
+  }
+#define CLI_PRECISION(value)                                                                       \
+  { CLI_CHOICE, "precision", 0, "float|double", "arithmetic on the device (float)", value, 0, 0 }
+#define CLI_FORCE(value)                                                                           \
+  { CLI_FLAG, "force", 'f', NULL, "overwrite existing files", value, 0, 0 }
+#define CLI_QUIET(value)                                                                           \
+  { CLI_FLAG, "quiet", 'q', NULL, "print neither results nor progress", value, 0, 0 }
+
 /* Text after `indent` columns, wrapped at 80; a newline starts a new line. */
 void cli_print_wrapped(const char *text, int indent, int column);
 

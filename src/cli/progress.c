@@ -63,11 +63,11 @@ int cli_progress_visible(void) {
   return bar.visible;
 }
 
-void cli_progress_begin(hetab_context *ctx, const char *label, int quiet) {
-  cli_progress_count(ctx, label, "entries", quiet);
+void cli_progress_begin(const char *label, int quiet) {
+  cli_progress_count(label, "entries", quiet);
 }
 
-void cli_progress_count(hetab_context *ctx, const char *label, const char *unit, int quiet) {
+void cli_progress_count(const char *label, const char *unit, int quiet) {
   const char *terminal = getenv("TERM");
   int dumb = !terminal || strcmp(terminal, "dumb") == 0;
   bar.visible = !quiet && !dumb && isatty(STDERR_FILENO);
@@ -77,11 +77,14 @@ void cli_progress_count(hetab_context *ctx, const char *label, const char *unit,
   bar.done = 0.0;
   if (bar.visible)
     draw(bar.label);
+}
+
+void cli_progress_watch(hetab_context *ctx) {
   hetab_set_progress(ctx, on_progress, NULL);
 }
 
 void cli_progress_end(void) {
   if (bar.drawn)
     fputs("\r\033[K", stderr);
-  bar.drawn = 0;
+  bar.drawn = bar.visible = 0;
 }

@@ -4,10 +4,12 @@
 
 #include <hetab/status.h>
 
-/* From now on the context's jobs show as `label`, unless quiet, and stop on a signal. */
-void cli_progress_begin(hetab_context *ctx, const char *label, int quiet);
+/* From now on the context's jobs stop on a signal, and show what they are told to. */
+void cli_progress_watch(hetab_context *ctx);
+/* From now on they show as `label`, unless quiet. */
+void cli_progress_begin(const char *label, int quiet);
 /* The same, of other things than entries. */
-void cli_progress_count(hetab_context *ctx, const char *label, const char *unit, int quiet);
+void cli_progress_count(const char *label, const char *unit, int quiet);
 /* Whether a bar is drawn: other lines on standard error would break it. */
 int cli_progress_visible(void);
 /* Clear the bar; fine without one. */

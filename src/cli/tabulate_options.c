@@ -12,12 +12,12 @@ static cli_option *output_options(cli_option *next, tabulate_request *r) {
        "write FILE: a dense HDF5 table (.h5, .hdf5), the same as an OpenEXR image (.exr), a MERL "
        "table (.binary) or an RGL table (.bsdf); several -o share one evaluation",
        &r->files, 0, 0},
-      {CLI_FLAG, "force", 'f', NULL, "overwrite existing files", &r->force, 0, 0},
+      CLI_FORCE(&r->force),
       {CLI_CHOICE, "element", 0, "float|double", "numbers in the HDF5 file (as --precision)",
        &r->element, 0, 0},
       {CLI_COUNT, "compress", 0, "LEVEL", "deflate level of the HDF5 file, 0 to 9 (0: none)",
        &r->compression, 0, 9},
-      {CLI_FLAG, "quiet", 'q', NULL, "print neither summary nor progress", &r->quiet, 0, 0},
+      CLI_QUIET(&r->quiet),
       {CLI_FLAG, "json", 0, NULL, "print the summary as JSON, as described above", &r->json, 0, 0},
   };
   memcpy(next, options, sizeof options);
@@ -119,18 +119,12 @@ static cli_option *renderer_options(cli_option *next, tabulate_request *r) {
 
 int tabulate_parse(const cli_command *self, int argc, char **argv, tabulate_request *r) {
   cli_option options[CLI_MAX_OPTIONS + 1] = {0};
-  int first;
   cli_option *next = engine_options(grid_options(output_options(options, r), r), r);
   renderer_options(exr_options(next, r), r);
-  int status = cli_parse_options(self, options, argc, argv, &first);
+  int status = cli_parse_operand(self, options, argc, argv, "SURFACE", &r->surface);
   if (status >= 0)
     return status;
-  if (!argv[first])
-    return cli_usage(self, "no SURFACE given");
-  if (argv[first + 1])
-    return cli_usage(self, "unexpected argument '%s'", argv[first + 1]);
   if (r->files.count == 0)
     return cli_usage(self, "no output given: use -o FILE");
-  r->surface = argv[first];
   return -1;
 }

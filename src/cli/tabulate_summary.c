@@ -60,6 +60,16 @@ static const char *readers_of(const tabulate_job *job, hetab_format format) {
   return readers[format];
 }
 
+/* Readers of spectra ask for 360 to 830 nm, and repeat the outer bands where there are none. */
+static const char *beyond_bands(const tabulate_job *job, hetab_format format) {
+  const hetab_band *bands = hetab_surface_bands(job->surface);
+  size_t last = hetab_surface_band_count(job->surface) - 1;
+  int is_short = bands[0].lambda_um > 0.3601 || bands[last].lambda_um < 0.8299;
+  return format == HETAB_FORMAT_RGL && job->rgl.bands == HETAB_RGL_SPECTRAL && is_short
+             ? ", where outer bands stand for all beyond (--wavelengths 360:830:10 has them)"
+             : "";
+}
+
 static const char *bands_name(const tabulate_job *job) {
   return job->rgl.bands == HETAB_RGL_SPECTRAL ? "spectral" : "rgb";
 }
@@ -86,6 +96,12 @@ static json_t *output_json(const tabulate_job *job, size_t i) {
     json_object_set_new(json, "loads_in", json_string(readers_of(job, output->format)));
   if (json && output->format == HETAB_FORMAT_MERL)
     json_object_set_new(json, "clamped", json_integer((json_int_t)report->clamped));
+  if (json && (output->format == HETAB_FORMAT_H5 || output->format == HETAB_FORMAT_EXR))
+    json_object_set_new(json, "linear_readers",
+                        json_pack("{sf sf sf sI sI}", "error_l1", output->grid.error_l1, "lobe_deg",
+                                  output->grid.lobe_deg, "step_deg", output->grid.step_deg,
+                                  "theta_needed", (json_int_t)output->grid.theta_count,
+                                  "phi_needed", (json_int_t)output->grid.phi_count));
   if (json && output->format == HETAB_FORMAT_EXR)
     json_object_set_new(json, "saturated", json_integer((json_int_t)output->saturated));
   if (json && output->format == HETAB_FORMAT_RGL)
@@ -184,19 +200,41 @@ static void print_sample(const char *path, const hetab_error_stats *error) {
            path, error->compared, 100.0 * share);
 }
 
+/* What a reader makes of the nodes, and the grid that a lobe needs which falls between them. */
+static void print_grid(const tabulate_job *job, size_t i) {
+  static const double poor = 0.1;
+  const hetab_grid_report *g = &job->reports[i].grid;
+  const char *path = job->request->files.items[i];
+  double nodes = (double)g->theta_count * (double)g->theta_count * (double)g->phi_count;
+  double bands = (double)hetab_surface_band_count(job->surface);
+  if (g->error_l1 <= poor) {
+    printf("%s: readers that interpolate linearly between nodes see a relative L1 error of %.2g\n",
+           path, g->error_l1);
+    return;
+  }
+  printf("%s: warning: the grid does not hold the lobe, %.2g degrees wide (standard deviation) "
+         "among nodes %.2g degrees apart: readers that interpolate linearly see a relative L1 "
+         "error of %.2g; --theta-i 0:90:%zu --theta-r 0:90:%zu --phi 0:180:%zu leaves about 0.05 "
+         "(%.2g GB); .bsdf and .binary follow the lobe\n",
+         path, g->lobe_deg, g->step_deg, g->error_l1, g->theta_count, g->theta_count, g->phi_count,
+         4e-9 * nodes * bands);
+}
+
 static void print_notes(const tabulate_job *job, size_t i) {
   const hetab_output_report *r = &job->reports[i];
   const char *path = job->request->files.items[i];
   print_sample(path, &r->report.error);
   if (r->format == HETAB_FORMAT_RGL)
     print_rgl(job, path, &r->rgl);
+  if (r->format == HETAB_FORMAT_H5 || r->format == HETAB_FORMAT_EXR)
+    print_grid(job, i);
   print_specular(job, i);
   if (r->saturated)
     printf("%s: %zu pixels above 65504 are stored as 65504: take --exr-type float\n", path,
            r->saturated);
   if (r->format == HETAB_FORMAT_MERL && r->report.clamped)
     printf("%s: %zu cells out of gamut: negative values set to 0\n", path, r->report.clamped);
-  printf("%s: loads in %s\n", path, readers_of(job, r->format));
+  printf("%s: loads in %s%s\n", path, readers_of(job, r->format), beyond_bands(job, r->format));
 }
 
 static void print_engine(const tabulate_job *job) {

@@ -211,9 +211,12 @@ hetab_status hetab_convert_to_rgl(hetab_context *ctx, hetab_convert_source *sour
 
 enum { ANGLES = HETAB_SPECULAR_ANGLES };
 
-/* Every degree of every wavelength of the table, before it was made sRGB. */
+/* Every degree of every wavelength of the table, before it was made sRGB; of channels where it has
+ * no wavelengths, which stand at about those of the primaries. */
 static hetab_status write_csv(hetab_context *ctx, const hetab_convert_source *source,
                               const char *path, int overwrite) {
+  static const double primaries_um[] = {0.61, 0.55, 0.46};
+  const double *lambda_um = hetab_lookup_wavelengths_um(source->table);
   size_t count = source->channels_in;
   float *at = hetab_alloc(ctx, count, sizeof *at);
   double *rho = hetab_alloc(ctx, ANGLES, count * sizeof *rho);
@@ -226,8 +229,8 @@ static hetab_status write_csv(hetab_context *ctx, const hetab_convert_source *so
       rho[w * ANGLES + i] = (double)at[w];
   }
   if (status == HETAB_OK)
-    status = hetab_specular_save(ctx, path, hetab_lookup_wavelengths_um(source->table), count,
-                                 false, rho, overwrite);
+    status = hetab_specular_save(ctx, path, lambda_um ? lambda_um : primaries_um, count, !lambda_um,
+                                 rho, overwrite);
   free(at);
   free(rho);
   return status;
@@ -245,7 +248,7 @@ static hetab_status check_none(hetab_context *ctx, const char *path) {
 
 /* The file beside the input, if there is one, beside the output. */
 static hetab_status copy_csv(hetab_context *ctx, const hetab_convert_source *source,
-                             const char *path, int overwrite, int *kept) {
+                             const char *path, int overwrite) {
   char *from = hetab_specular_path(ctx, source->path), *text = NULL;
   size_t size = 0;
   if (!from)
@@ -255,9 +258,8 @@ static hetab_status copy_csv(hetab_context *ctx, const hetab_convert_source *sou
   ssize_t read = file ? getdelim(&text, &size, '\0', file) : -1;
   if (file)
     fclose(file);
-  *kept = read > 0;
   hetab_status status =
-      *kept ? hetab_text_save(ctx, path, text, (size_t)read, overwrite) : check_none(ctx, path);
+      read > 0 ? hetab_text_save(ctx, path, text, (size_t)read, overwrite) : check_none(ctx, path);
   free(text);
   free(from);
   return status;
@@ -313,14 +315,14 @@ hetab_status hetab_convert_save_specular(hetab_context *ctx, const hetab_convert
                                          hetab_format format, const char *path, int overwrite,
                                          hetab_convert_report *report) {
   char *name = NULL;
-  report->specular_kept = 1;
   if (report->specular_max > 0)
     HETAB_TRY(path_beside(ctx, source, format, path, &name));
   if (!name)
     return HETAB_OK;
-  hetab_status status = hetab_lookup_wavelengths_um(source->table)
-                            ? write_csv(ctx, source, name, overwrite)
-                            : copy_csv(ctx, source, name, overwrite, &report->specular_kept);
+  hetab_status status =
+      source->format == HETAB_FORMAT_H5 || hetab_lookup_wavelengths_um(source->table)
+          ? write_csv(ctx, source, name, overwrite)
+          : copy_csv(ctx, source, name, overwrite);
   free(name);
   return status;
 }

@@ -16,7 +16,7 @@ hetab_status hetab_convert_to_rgl(hetab_context *ctx, hetab_convert_source *sour
 hetab_status hetab_convert_check_specular(hetab_context *ctx, const hetab_convert_source *source,
                                           hetab_format format, const char *path, int overwrite,
                                           double *largest);
-/* Writes it and sets report->specular_kept. */
+/* Writes it: no conversion loses the delta. */
 hetab_status hetab_convert_save_specular(hetab_context *ctx, const hetab_convert_source *source,
                                          hetab_format format, const char *path, int overwrite,
                                          hetab_convert_report *report);

@@ -7,6 +7,7 @@
 #include <hetab/devices.h>
 #include <hetab/host_model.h>
 
+#include "convert/grid_read.h"
 #include "convert/radiant.h"
 #include "convert/read_back.h"
 #include "convert/slab_fold.h"
@@ -332,6 +333,17 @@ static hetab_status prepare(job *job) {
   return exr ? create_writers(job) : HETAB_OK;
 }
 
+/* What the grid makes of the surface, whatever the numbers of its nodes. */
+static hetab_status try_grid(job *job) {
+  hetab_grid_report report = {0};
+  if (has_dense(job))
+    HETAB_TRY(hetab_grid_try(job->ctx, job->surface, job->grid, &report));
+  for (output *o = job->outputs; o < job->outputs + job->count; o++)
+    if (is_dense(o))
+      o->report.grid = report;
+  return HETAB_OK;
+}
+
 /* MERL before dense tables: it can refuse, and is the shorter job. */
 static hetab_status fill(job *job) {
   if (has(job, HETAB_FORMAT_RGL))
@@ -458,6 +470,8 @@ hetab_status hetab_tabulate_to(hetab_context *ctx, hetab_engine *engine,
   hetab_status status = add_outputs(&job, paths, count);
   if (status == HETAB_OK)
     status = prepare(&job);
+  if (status == HETAB_OK)
+    status = try_grid(&job);
   if (status == HETAB_OK)
     status = fill(&job);
   if (status == HETAB_OK)

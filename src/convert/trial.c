@@ -7,12 +7,15 @@
 
 #include <hetab/merl.h>
 
+#include "convert/grid_read.h"
 #include "core/random.h"
 
 typedef struct trial {
-  const hetab_convert_source *source;
+  hetab_convert_source *source;
   hetab_lookup *out;
-  hetab_merl *merl; /* read by cells; NULL: the output's rule is the interpolated one */
+  hetab_merl *merl;   /* read by cells; NULL: the output's rule is the interpolated one */
+  hetab_h5_table *h5; /* likewise, linear between its nodes */
+  double *corners, *linear;
   uint64_t random;
   float *in_value, *out_value;
   double *expected;
@@ -40,28 +43,38 @@ static double draw_viewer(trial *t, const float wi[3], float wo[3]) {
   return cosine > 0 ? cosine / (0.5 * (double)pdf + 0.5 * cosine / M_PI) : 0;
 }
 
-/* The output's values by its readers' rule. */
-static double own_value(const trial *t, const double rgb[3], size_t channel) {
-  return t->merl ? fmax(rgb[channel], 0) : (double)t->out_value[channel];
+/* The output's values by its readers' rule, t->linear[channels]. */
+static hetab_status read_own(hetab_context *ctx, trial *t, const float wi[3], const float wo[3]) {
+  hetab_convert_source *source = t->source;
+  const hetab_directions pair = {acos((double)wi[2]), acos((double)wo[2]),
+                                 atan2((double)wo[1], (double)wo[0])};
+  size_t clamped = source->clamped;
+  for (size_t c = 0; c < source->channels; c++)
+    t->linear[c] = (double)t->out_value[c];
+  if (t->merl)
+    hetab_merl_lookup(t->merl, pair, t->linear);
+  hetab_status status =
+      t->h5 ? hetab_grid_read(ctx, hetab_h5_grid(t->h5), hetab_convert_values, source,
+                              source->channels, &pair, t->corners, t->linear)
+            : HETAB_OK;
+  source->clamped = clamped;
+  return status;
 }
 
-static void add_pair(trial *t, const float wi[3], const float wo[3], double weight) {
-  double rgb[3] = {0};
+static hetab_status add_pair(hetab_context *ctx, trial *t, const float wi[3], const float wo[3],
+                             double weight) {
   hetab_lookup_eval(t->source->table, NULL, 1, wi, wo, t->in_value, NULL);
   hetab_convert_channels(t->source, t->in_value, t->expected);
   hetab_lookup_eval(t->out, NULL, 1, wi, wo, t->out_value, NULL);
-  if (t->merl)
-    hetab_merl_lookup(t->merl,
-                      (hetab_directions){acos((double)wi[2]), acos((double)wo[2]),
-                                         atan2((double)wo[1], (double)wo[0])},
-                      rgb);
+  HETAB_TRY(read_own(ctx, t, wi, wo));
   for (size_t c = 0; c < t->source->channels; c++) {
     double difference = (double)t->out_value[c] - t->expected[c];
     t->sum += weight * t->expected[c];
     t->bias += weight * difference;
     t->error += weight * fabs(difference);
-    t->error_own += weight * fabs(own_value(t, rgb, c) - t->expected[c]);
+    t->error_own += weight * fabs(fmax(t->linear[c], 0) - t->expected[c]);
   }
+  return HETAB_OK;
 }
 
 static hetab_status run(hetab_context *ctx, trial *t, size_t pairs) {
@@ -71,26 +84,29 @@ static hetab_status run(hetab_context *ctx, trial *t, size_t pairs) {
     float wi[3] = {(float)sin(theta_i), 0, (float)cos(theta_i)}, wo[3];
     double weight = draw_viewer(t, wi, wo);
     if (weight > 0)
-      add_pair(t, wi, wo, weight);
+      HETAB_TRY(add_pair(ctx, t, wi, wo, weight));
     if (i % 4096 == 0)
       HETAB_TRY(hetab_progress(ctx, (double)i, (double)pairs));
   }
   return HETAB_OK;
 }
 
-hetab_status hetab_convert_trial(hetab_context *ctx, const hetab_convert_source *source,
-                                 const char *path, size_t pairs, unsigned seed,
-                                 hetab_convert_report *report) {
+hetab_status hetab_convert_trial(hetab_context *ctx, hetab_convert_source *source, const char *path,
+                                 size_t pairs, unsigned seed, hetab_convert_report *report) {
   trial t = {.source = source, .random = seed};
   hetab_status status;
   t.in_value = hetab_alloc(ctx, source->channels_in, sizeof *t.in_value);
   t.out_value = hetab_alloc(ctx, source->channels, sizeof *t.out_value);
   t.expected = hetab_alloc(ctx, source->channels, sizeof *t.expected);
-  if (!t.in_value || !t.out_value || !t.expected)
+  t.corners = hetab_alloc(ctx, 8 * source->channels, sizeof *t.corners);
+  t.linear = hetab_alloc(ctx, source->channels, sizeof *t.linear);
+  if (!t.in_value || !t.out_value || !t.expected || !t.corners || !t.linear)
     HETAB_GOTO(HETAB_ERR_MEMORY);
   HETAB_GOTO(hetab_lookup_open(ctx, path, HETAB_LOOKUP_INTERPOLATE, &t.out));
   if (report->to == HETAB_FORMAT_MERL)
     HETAB_GOTO(hetab_merl_load(ctx, path, &t.merl));
+  if (report->to == HETAB_FORMAT_H5)
+    HETAB_GOTO(hetab_h5_open_any(ctx, path, &t.h5));
   HETAB_GOTO(run(ctx, &t, pairs));
   double scale = t.sum > 0 ? 1 / t.sum : 0;
   report->error_l1 = t.error_own * scale;
@@ -100,6 +116,9 @@ done:
   free(t.in_value);
   free(t.out_value);
   free(t.expected);
+  free(t.corners);
+  free(t.linear);
+  hetab_h5_free(t.h5);
   hetab_lookup_free(t.out);
   hetab_merl_free(t.merl);
   return status;

@@ -13,6 +13,9 @@ typedef struct place {
   size_t line;
 } place;
 
+/* Below a line that may be a header. */
+typedef enum found_below { NOTHING, NUMBERS, NO_HEADER } found_below;
+
 static place here(const hetab_csv *csv) {
   return (place){csv->next, csv->line};
 }
@@ -146,27 +149,6 @@ static void drop_empty_names(hetab_csv *csv) {
   csv->columns = kept;
 }
 
-/* Looks at the next line; stays before it, unless it is the units. */
-static hetab_status look_below(hetab_csv *csv, bool *numbers) {
-  place before = here(csv);
-  *numbers = false;
-  for (int lines = 0; lines < 2; lines++) {
-    HETAB_TRY(hetab_csv_line(csv));
-    if (!csv->content || hetab_csv_split(csv, csv->separator) != HETAB_OK)
-      break;
-    if (lines == 0 && take_units(csv)) {
-      before = here(csv);
-      continue;
-    }
-    drop_empty_names(csv);
-    *numbers = holds_numbers(csv);
-    break;
-  }
-  go_to(csv, before);
-  csv->body = csv->next;
-  return HETAB_OK;
-}
-
 /* Leaves the line split as numbers, if it is nothing else. */
 static bool split_numbers(hetab_csv *csv) {
   for (const char *s = ";\t, "; *s; s++) {
@@ -178,6 +160,44 @@ static bool split_numbers(hetab_csv *csv) {
     }
   }
   return false;
+}
+
+/* No header, the line at hand being below it: a word above rows of several numbers, or a line of a
+ * list of keys and values. */
+static bool is_no_header(hetab_csv *csv) {
+  if (csv->columns == 2 && csv->count == 2 && csv->column[0].wanted == HETAB_CSV_OTHER)
+    return !hetab_csv_is_number(csv, csv->field[0]) && !hetab_number_missing(csv->field[0]);
+  if (csv->columns != 1)
+    return false;
+  char separator = csv->separator;
+  csv->named = false;
+  bool rows = split_numbers(csv) && csv->count > 1 && *csv->field[csv->count - 1];
+  csv->named = true;
+  csv->separator = separator;
+  return rows;
+}
+
+/* Looks at the next line; stays before it, unless it is the units. */
+static hetab_status look_below(hetab_csv *csv, found_below *below) {
+  place before = here(csv);
+  *below = NOTHING;
+  for (int lines = 0; lines < 2; lines++) {
+    HETAB_TRY(hetab_csv_line(csv));
+    if (!csv->content || hetab_csv_split(csv, csv->separator) != HETAB_OK)
+      break;
+    if (lines == 0 && take_units(csv)) {
+      before = here(csv);
+      continue;
+    }
+    drop_empty_names(csv);
+    *below = holds_numbers(csv) ? NUMBERS : NOTHING;
+    if (is_no_header(csv))
+      *below = NO_HEADER;
+    break;
+  }
+  go_to(csv, before);
+  csv->body = csv->next;
+  return HETAB_OK;
 }
 
 /* A single number among the lines above, a count perhaps, is no table yet. */
@@ -197,19 +217,19 @@ static bool starts_rows(hetab_csv *csv) {
 /* ---- the header ---------------------------------------------------------------------------- */
 
 static hetab_status take_header(hetab_csv *csv, const hetab_csv_wanted *wanted, size_t count,
-                                bool *numbers) {
+                                found_below *below) {
   csv->named = true;
   HETAB_TRY(name_columns(csv, wanted, count));
-  *numbers = false;
-  return csv->stream ? HETAB_OK : look_below(csv, numbers);
+  *below = NOTHING;
+  return csv->stream ? HETAB_OK : look_below(csv, below);
 }
 
 hetab_status hetab_csv_names(hetab_csv *csv, char *names, const hetab_csv_wanted *wanted,
                              size_t count) {
-  bool numbers;
+  found_below below;
   csv->content = names;
   split_header(csv, wanted, count);
-  return take_header(csv, wanted, count, &numbers);
+  return take_header(csv, wanted, count, &below);
 }
 
 /* Words in as many fields, right above: names that nobody asked for. */
@@ -258,10 +278,12 @@ static hetab_status search(hetab_csv *csv, const hetab_csv_wanted *wanted, size_
     size_t score = split_header(csv, wanted, count);
     if (score > 0) {
       bool sure = (score >= 2 || score == csv->count) && !strpbrk(csv->content, "=:");
-      HETAB_TRY(take_header(csv, wanted, count, settled));
+      found_below below;
+      HETAB_TRY(take_header(csv, wanted, count, &below));
+      *settled = below == NUMBERS;
       if (*settled)
         return HETAB_OK;
-      if (sure && score > best->wanted)
+      if (sure && below != NO_HEADER && score > best->wanted)
         *best = (candidate){before, score};
       hetab_csv_forget_header(csv);
       go_to(csv, before);

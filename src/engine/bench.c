@@ -55,10 +55,11 @@ static int wants_more(const bench *b, const timing *t) {
 }
 
 /* One run more, of so many things, which started at `start`. */
-static void add_run(timing *t, double things, double start) {
+static hetab_status add_run(const bench *b, timing *t, double things, double start) {
   double seconds = hetab_seconds() - start;
   t->rates[t->count++] = things / seconds;
   t->seconds += seconds;
+  return hetab_progress(b->ctx, (double)t->count, MOST_REPEATS);
 }
 
 static void emit(const bench *b, hetab_bench_row row) {
@@ -73,7 +74,7 @@ static void emit(const bench *b, hetab_bench_row row) {
 static hetab_status time_literal(bench *b) {
   hetab_engine_options options = {.method = HETAB_METHOD_LITERAL};
   hetab_engine *engine;
-  hetab_dense dense;
+  hetab_dense dense = {0};
   timing timing = {0};
   double sum = 0.0;
   HETAB_TRY(hetab_engine_create(b->ctx, &options, &engine));
@@ -86,10 +87,10 @@ static hetab_status time_literal(bench *b) {
                                  hetab_random(&state) % dense.count[HETAB_THETA_I],
                                  hetab_random(&state) % dense.count[HETAB_THETA_R],
                                  hetab_random(&state) % dense.count[HETAB_PHI]);
-    add_run(&timing, LITERAL_ENTRIES, start);
+    status = add_run(b, &timing, LITERAL_ENTRIES, start);
   }
+  hetab_dense_clear(&dense);
   if (status == HETAB_OK) {
-    hetab_dense_clear(&dense);
     b->literal = median(timing.rates, timing.count);
     /* the sum keeps the loop from being optimised away */
     emit(b, (hetab_bench_row){.method = "literal",
@@ -129,8 +130,7 @@ static hetab_status time_kernel(bench *b, const hetab_engine *engine, hetab_dens
   while (wants_more(b, &timing)) {
     double start = hetab_seconds();
     HETAB_GOTO(run_spectrum(b->ctx, engine, &dense, &lane, out.buffer));
-    add_run(&timing, entries, start);
-    HETAB_GOTO(hetab_progress(b->ctx, (double)timing.count, MOST_REPEATS));
+    HETAB_GOTO(add_run(b, &timing, entries, start));
   }
   *entries_per_second = median(timing.rates, timing.count);
 done:
@@ -236,7 +236,7 @@ static hetab_status time_peak(bench *b, const hetab_engine *engine) {
     double operations = width * (double)items * ROUNDS * HETAB_PEAK_CHAINS;
     double start = hetab_seconds();
     HETAB_GOTO(run_peak(b->ctx, engine, kernel, out.buffer, items, ROUNDS, &seconds));
-    add_run(&timing, operations, start);
+    HETAB_GOTO(add_run(b, &timing, operations, start));
     best = fmax(best, operations / seconds);
   }
   b->peak = best;

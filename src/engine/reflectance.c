@@ -13,7 +13,8 @@
 
 enum { FIRST_NODES = 64, NODES_UNIT = 32, RAYS_UNIT = 2 };
 enum { MOST_NODES = 1 << 20, LAUNCH_NODES = 1 << 18 }; /* of one integral; of one launch, about */
-static const double FIRST_STEP = 0.4;                  /* of rays, in u */
+enum { PART_EVALUATIONS = 1 << 22 };
+static const double FIRST_STEP = 0.4; /* of rays, in u */
 
 const char *hetab_stop_name(hetab_stop stop) {
   static const char *const names[] = {"tolerance", "roundoff", "budget"};
@@ -39,7 +40,7 @@ typedef struct integration {
   double tolerance;
   hetab_reflectance *out;
   job *jobs;
-  size_t job_count, done_count;
+  size_t job_count, done_count, total; /* integrals done and wanted: a job has one for each band */
   cl_kernel kernel;
   cl_mem waves;
 } integration;
@@ -106,6 +107,7 @@ static hetab_status plan(integration *in, const double *theta_i) {
       end = octave_end(in, first);
       in->jobs[in->job_count++] = job_of(in, &at, a, first, end);
     }
+    HETAB_TRY(hetab_progress(in->ctx, 0.0, (double)in->angle_count));
   }
   return HETAB_OK;
 }
@@ -185,7 +187,21 @@ static hetab_status prepare(const integration *in, launch *l) {
   return nodes && l->nodes && l->rays ? HETAB_OK : HETAB_ERR_MEMORY;
 }
 
-/* Starts the kernel over the launch's rays and its wavelengths. */
+/* Runs the kernel over the launch's rays and its wavelengths, in parts that take a moment. */
+static hetab_status run_parts(const integration *in, const launch *l, hetab_args *args) {
+  const cl_uint first_arg = args->next;
+  size_t part = PART_EVALUATIONS * l->ray_count / (l->stride * l->most_bands) + 1;
+  for (size_t first = 0; first < l->ray_count; first += part) {
+    size_t rest = l->ray_count - first;
+    args->next = first_arg;
+    hetab_arg_int(args, first);
+    HETAB_TRY(hetab_lane_run(args, rest < part ? rest : part, l->most_bands, NULL));
+    HETAB_TRY(hetab_lane_finish(in->ctx, args->lane));
+    HETAB_TRY(hetab_progress(in->ctx, (double)in->done_count, (double)in->total));
+  }
+  return HETAB_OK;
+}
+
 static hetab_status run_kernel(const integration *in, const launch *l, hetab_output *sums) {
   const hetab_lane *lane = &in->engine->lanes[0];
   cl_mem rays = NULL, nodes = NULL;
@@ -201,7 +217,7 @@ static hetab_status run_kernel(const integration *in, const launch *l, hetab_out
   hetab_arg_mem(&args, nodes);
   hetab_arg_int(&args, l->stride);
   hetab_arg_mem(&args, sums->buffer);
-  HETAB_GOTO(hetab_lane_run(&args, l->ray_count, l->most_bands, NULL));
+  HETAB_GOTO(run_parts(in, l, &args));
   HETAB_GOTO(hetab_output_fetch(in->ctx, in->engine, l->results * HETAB_SUM_REALS, sums));
 done:
   hetab_release(rays);
@@ -314,16 +330,15 @@ done:
 }
 
 static hetab_status integrate(integration *in) {
-  size_t total = 0;
   for (size_t i = 0; i < in->job_count; i++)
-    total += in->jobs[i].band_count;
-  while (in->done_count < total)
+    in->total += in->jobs[i].band_count;
+  while (in->done_count < in->total)
     for (size_t first = 0; first < in->job_count;) {
       launch l = launch_from(in, first);
       first = l.end;
       if (l.stride > 0)
         HETAB_TRY(run_launch(in, &l));
-      HETAB_TRY(hetab_progress(in->ctx, (double)in->done_count, (double)total));
+      HETAB_TRY(hetab_progress(in->ctx, (double)in->done_count, (double)in->total));
     }
   return HETAB_OK;
 }

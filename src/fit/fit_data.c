@@ -10,6 +10,7 @@ static const double WAVELENGTH_TOLERANCE_UM = 1e-4, INCIDENCE_TOLERANCE_DEG = 0.
 static const double PLANE_TOLERANCE_DEG = 0.5;
 static const double SAME_ANGLE_DEG = 0.05; /* angles written with few digits */
 static const double INCIDENCE_BIN_DEG = 5.0;
+static const double FAINT = 1e-3;        /* of a wavelength's mean */
 static const double LEAST_SCALE = 1e-60; /* below it squares get lost */
 enum { MOST_INCIDENCES = 40, MOST_POINTS = 100000 };
 
@@ -20,6 +21,7 @@ void hetab_fit_data_clear(hetab_fit_data *data) {
   free(data->lambda_um);
   free(data->measured);
   free(data->weight);
+  free(data->mean);
   free(data->incidence);
   free(data->theta_i);
   *data = (hetab_fit_data){0};
@@ -303,21 +305,14 @@ static hetab_status weigh_by_energy(hetab_context *ctx, hetab_fit_data *data) {
 }
 
 static void weigh_by_value(hetab_fit_data *data) {
-  for (size_t b = 0; b < data->bands; b++) {
-    double sum = 0, count = 0;
-    for (size_t i = b; i < data->count * data->bands; i += data->bands) {
-      sum += data->weight[i] * data->measured[i];
-      count += data->weight[i];
-    }
-    for (size_t i = b; i < data->count * data->bands; i += data->bands) {
-      double f = fmax(data->measured[i], 1e-3 * sum / count);
-      if (data->weight[i] > 0 && f > 0)
-        data->weight[i] = 1 / (f * f);
-    }
-  }
+  for (size_t i = 0; i < data->count * data->bands; i++)
+    if (data->weight[i] > 0)
+      data->weight[i] = pow(fmax(data->measured[i], FAINT * data->mean[i % data->bands]), -2);
 }
 
-static hetab_status check_bands(hetab_context *ctx, const hetab_fit_data *data) {
+static hetab_status check_bands(hetab_context *ctx, hetab_fit_data *data) {
+  if (!(data->mean = hetab_alloc(ctx, data->bands, sizeof *data->mean)))
+    return HETAB_ERR_MEMORY;
   for (size_t b = 0; b < data->bands; b++) {
     double weight = 0, sum = 0;
     for (size_t i = b; i < data->count * data->bands; i += data->bands) {
@@ -328,6 +323,7 @@ static hetab_status check_bands(hetab_context *ctx, const hetab_fit_data *data) 
       return hetab_fail(ctx, HETAB_ERR_RANGE,
                         "%g nm: all measurements are %s: leave this wavelength out",
                         1e3 * data->lambda_um[b], weight > 0 ? "0 or below" : "missing");
+    data->mean[b] = sum / weight;
   }
   return HETAB_OK;
 }

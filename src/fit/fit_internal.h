@@ -36,6 +36,7 @@ typedef struct hetab_fit_data {
   double *measured;        /* [count][bands] */
   double *weight;          /* [count][bands], 0: not in the fit */
   size_t *incidence;       /* [count] */
+  double *mean;            /* [bands] weighted */
   double *theta_i;         /* [incidence_count] */
   size_t incidence_count;
   double scale; /* of the objective: sum w f^2, or sum w for logarithms */

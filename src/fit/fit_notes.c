@@ -60,7 +60,10 @@ static void note_stop(notes *n) {
 }
 
 static void note_fit_quality(notes *n) {
-  if (n->fit->error > POOR)
+  if (n->fit->error > 1 && n->fit->weights != HETAB_FIT_WEIGHTS_LOG)
+    note(n, "E is above 100 %%: f = 0 everywhere would be nearer to these measurements than this "
+            "model is. The intervals mean nothing.");
+  else if (n->fit->error > POOR)
     note(n,
          "The model does not describe these measurements: it leaves %.3g %% (E) unexplained. The "
          "intervals are those of the best fit of this model, not of the surface's roughness.",
@@ -70,20 +73,43 @@ static void note_fit_quality(notes *n) {
 /* ---- the constraint ---------------------------------------------------------------------------
  */
 
+/* ", on the upper bound of slope, 1", where the fit without the constraint sits. */
+static void name_wished_bound(const hetab_fit_problem *p, char *text, size_t size) {
+  for (size_t f = 0; f < p->free_count; f++) {
+    const hetab_fit_parameter *at = &p->options.parameters[p->free[f]];
+    double value = p->wish.value[p->free[f]];
+    int low = value <= at->low * (1 + 1e-6), high = value >= at->high * (1 - 1e-6);
+    if (low || high)
+      snprintf(text, size, ", on the %s of %s, %.4g",
+               hetab_fit_end_name(low ? HETAB_FIT_END_LOW : HETAB_FIT_END_HIGH),
+               hetab_fit_quantity_name(p->free[f]), value);
+  }
+}
+
 static void note_constraint(notes *n) {
   const hetab_fit_wish *w = &n->p->wish;
   const hetab_fit *fit = n->fit;
   if (!fit->on_constraint || fit->stop == HETAB_FIT_STOP_INFEASIBLE)
     return;
+  char on[96] = "";
+  name_wished_bound(n->p, on, sizeof on);
   note(n,
        "The fit ends on the constraint: rho_dh may not exceed %s. Without it slope %.4g would fit "
-       "with E %.3g %% instead of %.3g %%, but rho_dh would be %.3g too large at theta_i %.4g "
+       "with E %.3g %% instead of %.3g %%%s, but rho_dh would be %.3g too large at theta_i %.4g "
        "degrees and %.4g nm.",
-       bound_words(fit), w->value[HETAB_FIT_SLOPE], 100 * sqrt(w->q), 100 * fit->error, w->excess,
-       hetab_degrees(w->theta_i), 1e3 * w->lambda_um);
+       bound_words(fit), w->value[HETAB_FIT_SLOPE], 100 * sqrt(w->q), 100 * fit->error, on,
+       w->excess, hetab_degrees(w->theta_i), 1e3 * w->lambda_um);
 }
 
-static void note_dielectric(notes *n) {
+/* k of any wavelength fitted. */
+static int is_metal(const hetab_surface *surface) {
+  for (size_t b = 0; b < hetab_surface_band_count(surface); b++)
+    if (hetab_surface_bands(surface)[b].k > 0)
+      return 1;
+  return 0;
+}
+
+static void note_polished(notes *n) {
   double least = HUGE_VAL, theta = 0;
   if (n->fit->constraint != HETAB_FIT_ENERGY)
     return;
@@ -95,8 +121,10 @@ static void note_dielectric(notes *n) {
   if (least < 0)
     note(n,
          "rho_dh is kept below 1, not below the polished surface's reflectance, which it exceeds "
-         "by up to %.3g (theta_i %.4g degrees): light that enters a dielectric comes back.",
-         -least, theta);
+         "by up to %.3g (theta_i %.4g degrees)%s.",
+         -least, theta,
+         is_metal(n->p->model.surface) ? ": the constraint `polished` keeps a metal below it"
+                                       : ": light that enters a dielectric comes back");
 }
 
 static void note_asked(notes *n) {
@@ -234,7 +262,7 @@ hetab_status hetab_fit_add_notes(const hetab_fit_problem *problem, hetab_fit *fi
   note_undetermined(&n);
   note_correlation(&n);
   note_bounds(&n);
-  note_dielectric(&n);
+  note_polished(&n);
   note_specular(&n);
   note_data(&n);
   return n.status;

@@ -5,7 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double LOG_FLOOR = 1e-12; /* 1/sr; of a model value whose logarithm is taken */
+/* Of a wavelength's mean, added before logarithms are taken: what a model has 10^-12 of where the
+ * measurements have a hundredth would outweigh all else. */
+static const double LOG_FLOOR = 1e-2;
 enum { MOST_NEWTON = 60 };
 
 /* ---- states -----------------------------------------------------------------------------------
@@ -74,9 +76,9 @@ double hetab_fit_residual(const hetab_fit_problem *problem, size_t i, double f, 
   *slope = 1;
   if (problem->options.weights != HETAB_FIT_WEIGHTS_LOG)
     return f - problem->data.measured[i];
-  f = fmax(f, LOG_FLOOR);
-  *slope = 1 / f;
-  return log(f / problem->data.measured[i]);
+  double floor = LOG_FLOOR * problem->data.mean[i % problem->data.bands];
+  *slope = 1 / (f + floor);
+  return log((f + floor) / (problem->data.measured[i] + floor));
 }
 
 /* ---- the diffuse part -------------------------------------------------------------------------

@@ -9,14 +9,16 @@
 #include <hetab/grid.h>
 #include <hetab/merl.h>
 
+#include "core/angle.h"
 #include "core/context.h"
 #include "plan/plan_make.h"
 #include "plan/probe.h"
 #include "plan/scene.h"
 
 /* Of a default HDF5 table, and what a core writes of it in a second. */
-static const double DENSE_ENTRIES = 90.0 * 90 * 181, DENSE_RATE = 0.6e9, DENSE_START = 0.15;
-static const double MERL_BYTES = 12.0 + 3 * 8.0 * HETAB_MERL_CELLS, MERL_SECONDS = 0.25;
+static const double DENSE_ENTRIES = 90.0 * 90 * 181, DENSE_RATE = 75e6, DENSE_START = 0.1;
+static const double MERL_BYTES = 12.0 + 3 * 8.0 * HETAB_MERL_CELLS, MERL_SECONDS = 0.32,
+                    FOLD_SECONDS = 0.2;
 static const double LARGEST_ERROR = 0.3;
 
 typedef struct job {
@@ -27,12 +29,14 @@ typedef struct job {
 
 /* ---- sizes --------------------------------------------------------------------------------- */
 
-static hetab_status size_rgl(hetab_context *ctx, const hetab_probe *p, double table_error,
-                             hetab_plan_item *item) {
+static hetab_status size_rgl(hetab_context *ctx, const hetab_scene *scene, const hetab_probe *p,
+                             double table_error, hetab_plan_item *item) {
+  double cone = item->delta == HETAB_DELTA_FOLDED ? scene->specular_cone : 0.0;
   hetab_choose_wavelengths(&p->counts, table_error, item);
   double *lambda_um = hetab_alloc(ctx, item->wavelengths, sizeof *lambda_um); /* of a size alone */
   const hetab_rgl_source source = {.channels = item->wavelengths,
                                    .wavelengths_um = p->counts.choices ? lambda_um : NULL,
+                                   .specular_cone_deg = hetab_degrees(cone),
                                    .description = p->description};
   hetab_rgl_report r;
   hetab_status status = lambda_um ? hetab_rgl_forecast_at(ctx, &p->forecast, &source,
@@ -46,6 +50,7 @@ static hetab_status size_rgl(hetab_context *ctx, const hetab_probe *p, double ta
   item->error_l1 = r.error_l1 + item->wavelength_error;
   /* The trial, and the nodes: against the forecast's, which were 30,000 evaluations. */
   item->seconds =
+      p->fixed +
       p->seconds * (2.8 + 3.3e-5 * (double)(r.theta_i_count * r.resolution * r.resolution));
   return HETAB_OK;
 }
@@ -53,7 +58,8 @@ static hetab_status size_rgl(hetab_context *ctx, const hetab_probe *p, double ta
 static void size_merl(const hetab_probe *p, hetab_plan_item *item) {
   item->wavelengths = 3;
   item->bytes = (size_t)MERL_BYTES;
-  item->seconds = MERL_SECONDS;
+  item->seconds =
+      p->fixed + MERL_SECONDS + (item->delta == HETAB_DELTA_FOLDED ? FOLD_SECONDS : 0.0);
   item->error_l1 = p->error_l1;
 }
 
@@ -82,7 +88,7 @@ static hetab_status size_all(hetab_context *ctx, const job *job, double table_er
     if (item->kind != HETAB_PLAN_TABLE)
       continue;
     if (hetab_wants_rgl(job->scene))
-      HETAB_TRY(size_rgl(ctx, &job->probes[i], table_error, item));
+      HETAB_TRY(size_rgl(ctx, job->scene, &job->probes[i], table_error, item));
     else if (job->scene->consumer == HETAB_CONSUMER_MERL)
       size_merl(&job->probes[i], item);
     else

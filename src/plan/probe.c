@@ -54,12 +54,13 @@ static hetab_status forecast(hetab_context *ctx, const hetab_surface *surface,
   double start = thread_seconds();
   hetab_rgl_model *model;
   HETAB_TRY(hetab_rgl_model_create(ctx, surface, options, &model));
+  out->fixed = thread_seconds() - start;
   const hetab_rgl_source *source = hetab_rgl_model_source(model);
   snprintf(out->description, sizeof out->description, "%s",
            source->description ? source->description : "");
   hetab_status status = hetab_rgl_forecast_make(ctx, source, &out->forecast);
   hetab_rgl_model_free(model);
-  out->seconds = thread_seconds() - start;
+  out->seconds = thread_seconds() - start - out->fixed;
   return status;
 }
 
@@ -81,6 +82,15 @@ static hetab_status probe_rgl(hetab_context *ctx, const hetab_scene *scene,
   return status;
 }
 
+static hetab_status probe_fixed(hetab_context *ctx, const hetab_scene *scene,
+                                const hetab_surface *surface, const hetab_plan_item *item,
+                                hetab_probe *out) {
+  double start = thread_seconds();
+  hetab_status status = hetab_fixed_error(ctx, scene, surface, item, 1, &out->error_l1);
+  out->fixed = thread_seconds() - start;
+  return status;
+}
+
 static hetab_status probe(hetab_context *ctx, const hetab_scene *scene, size_t i,
                           hetab_plan_item *item, hetab_probe *out) {
   const hetab_surface *surface = scene->surfaces[i];
@@ -90,7 +100,7 @@ static hetab_status probe(hetab_context *ctx, const hetab_scene *scene, size_t i
     return HETAB_OK;
   item->spacing_deg = 1.0;
   return hetab_wants_rgl(scene) ? probe_rgl(ctx, scene, surface, item, out)
-                                : hetab_fixed_error(ctx, scene, surface, item, 1, &out->error_l1);
+                                : probe_fixed(ctx, scene, surface, item, out);
 }
 
 /* ---- chunks -------------------------------------------------------------------------------- */

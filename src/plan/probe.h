@@ -14,7 +14,7 @@
 typedef struct hetab_probe {
   hetab_rgl_forecast forecast;
   hetab_plan_counts counts; /* of wavelengths, of spectra */
-  double seconds;           /* of the forecast */
+  double fixed, seconds;    /* of making the model; of the forecast */
   double error_l1;          /* of a table that is no RGL: at a spacing of 1 degree */
   char description[256];
 } hetab_probe;

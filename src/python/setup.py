@@ -38,5 +38,5 @@ setup(name="hetab",
       version=re.search(r"^VERSION := (\S+)", (CHECKOUT / "Makefile").read_text(), re.M)[1],
       description="Tables of the He-Torrance reflectance model",
       license="MIT", python_requires=">=3.9", install_requires=["cffi>=1.15", "numpy>=1.20"],
-      packages=["hetab"], distclass=WithMachineCode,
+      packages=["hetab"], package_data={"hetab": ["py.typed"]}, distclass=WithMachineCode,
       cmdclass={"build_py": WithLibrary, "bdist_wheel": OfThisPlatform})

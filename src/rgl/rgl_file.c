@@ -105,6 +105,7 @@ hetab_status hetab_rgl_shape_bytes(hetab_context *ctx, const hetab_rgl_source *s
 
 /* ---- reading ------------------------------------------------------------------------------- */
 
+static const float SHORTEST_NM = 10.0f;    /* less is a wavelength in um */
 static const float NEGATIVE_SHARE = 1e-3f; /* of the largest spectrum: noise about 0 */
 
 typedef struct reader {
@@ -242,6 +243,9 @@ static hetab_status read_wavelengths(reader *r) {
                rgl->channels, HETAB_RGL_MOST_WAVELENGTHS);
   HETAB_GOTO(copy_floats(r, field, 0.0f, &nm));
   HETAB_GOTO(check_ascending(r, "wavelengths", nm, rgl->channels));
+  if (nm[0] < SHORTEST_NM)
+    HETAB_GOTO(BAD(r, "'%s', field wavelengths: %g nm is below 10 nm; write nm, not um", r->path,
+                   (double)nm[0]));
   rgl->wavelengths_um = hetab_alloc(r->ctx, rgl->channels, sizeof *rgl->wavelengths_um);
   HETAB_GOTO(rgl->wavelengths_um ? HETAB_OK : HETAB_ERR_MEMORY);
   for (size_t w = 0; w < rgl->channels; w++)

@@ -20,6 +20,12 @@ size_t scan_find_column(const hetab_csv *csv, const char *name, size_t length) {
   return HETAB_CSV_ABSENT;
 }
 
+/* Of a text that may end in a quote. */
+static double unit_in(char *text) {
+  text[strcspn(text, "\"")] = '\0';
+  return hetab_unit(HETAB_LENGTH, text);
+}
+
 /* "key: 100 um": the number, and its unit (um; 0: none that is known). */
 static bool number_above(const text_scan *t, const char *keys, double *value, double *unit) {
   char text[96];
@@ -29,13 +35,13 @@ static bool number_above(const text_scan *t, const char *keys, double *value, do
   char *end = text + strcspn(text, " \t\";");
   if (*end)
     *end++ = '\0';
-  *unit = hetab_unit(HETAB_LENGTH, end);
+  *unit = unit_in(end + strspn(end, ",;\"")); /* "500","nm" */
   return hetab_csv_parse(&either, text, value) && *value > 0;
 }
 
 static double unit_above(const text_scan *t, const char *keys) {
   char text[96];
-  return hetab_csv_above(&t->csv, keys, text, sizeof text) ? hetab_unit(HETAB_LENGTH, text) : 0;
+  return hetab_csv_above(&t->csv, keys, text, sizeof text) ? unit_in(text) : 0;
 }
 
 /* "Pixel_size<tab>7<tab>4<tab>0.0005": the last word. */
@@ -65,7 +71,7 @@ double scan_height_unit(const text_scan *t) {
     double um;
   } factors[] = {{"height conversion factor (-> m)", 1e6}, {"bit2nm", 1e-3}};
   double unit = unit_above(t, "value units|werteinheit|einheiten|unites|unites de valeur|z-unit|"
-                              "unit data|units");
+                              "unit data|units|unit\"");
   for (size_t i = 0; !(unit > 0) && i < sizeof factors / sizeof *factors; i++) {
     double value, none;
     if (number_above(t, factors[i].key, &value, &none))
@@ -77,7 +83,8 @@ double scan_height_unit(const text_scan *t) {
 bool scan_map_pitch(const text_scan *t, double pitch_um[2]) {
   static const char *const extents[2] = {"width|breite|largeur|anchura|larghezza|x-length",
                                          "height|hohe|hauteur|altura|altezza|y-length"};
-  static const char *const pitches[2] = {"pixel size|scale x", "pixel size|scale y"};
+  static const char *const pitches[2] = {"pixel size|scale x|xy calibration",
+                                         "pixel size|scale y|xy calibration"};
   static const char *const units[2] = {"x-unit|unit x", "y-unit|unit y|x-unit|unit x"};
   double found[2] = {0}, wyko = 1e3 * wyko_number(t, "pixel_size");
   const size_t counts[2] = {t->count, t->rows};

@@ -131,21 +131,16 @@ static void write_text(const char *text, FILE *out) {
   fputc('"', out);
 }
 
-typedef double (*number_fn)(const void *source, size_t i);
-
-static void write_list(const char *name, const void *source, size_t count, number_fn number,
-                       FILE *out) {
+/* Every stride-th number, scaled. */
+static void write_list(const char *name, const double *first, size_t count, size_t stride,
+                       double scale, FILE *out) {
   fprintf(out, "\"%s\": [", name);
   for (size_t i = 0; i < count; i++)
-    fprintf(out, "%s%.9g", i ? ", " : "", number(source, i));
+    fprintf(out, "%s%.9g", i ? ", " : "", scale * first[i * stride]);
   fputc(']', out);
 }
 
 enum { METAL_BANDS = 31 };
-
-static double metal_number(const void *source, size_t i) {
-  return ((const double *)source)[i];
-}
 
 static hetab_status write_metal(hetab_context *ctx, size_t metal, FILE *out) {
   double n[METAL_BANDS], k[METAL_BANDS];
@@ -159,9 +154,9 @@ static hetab_status write_metal(hetab_context *ctx, size_t metal, FILE *out) {
   fprintf(out, "%s\"%s\": {\"name\": ", metal ? ",\n " : "", hetab_metal_symbol(metal));
   write_text(hetab_metal_name(metal), out);
   fputs(", ", out);
-  write_list("n", n, METAL_BANDS, metal_number, out);
+  write_list("n", n, METAL_BANDS, 1, 1.0, out);
   fputs(", ", out);
-  write_list("k", k, METAL_BANDS, metal_number, out);
+  write_list("k", k, METAL_BANDS, 1, 1.0, out);
   fputc('}', out);
   return HETAB_OK;
 }
@@ -174,41 +169,27 @@ static hetab_status write_metals(const hetab_shader_input *input, FILE *out) {
   return HETAB_OK;
 }
 
-static double band_nm(const void *bands, size_t i) {
-  return 1e3 * ((const hetab_band *)bands)[i].lambda_um;
-}
-
-static double band_n(const void *bands, size_t i) {
-  return ((const hetab_band *)bands)[i].n;
-}
-
-static double band_k(const void *bands, size_t i) {
-  return ((const hetab_band *)bands)[i].k;
-}
-
-static double band_diffuse(const void *bands, size_t i) {
-  return M_PI * ((const hetab_band *)bands)[i].diffuse_brdf;
-}
-
 static hetab_status write_surface(const hetab_shader_input *input, FILE *out) {
-  static const struct {
-    const char *name;
-    number_fn number;
-  } lists[] = {{"wavelengths_nm", band_nm},
-               {"n", band_n},
-               {"k", band_k},
-               {"diffuse_reflectance", band_diffuse}};
   const hetab_surface *surface = input->surface;
   if (!surface)
     return fputs("null", out), HETAB_OK;
+  const hetab_band *bands = hetab_surface_bands(surface);
+  const struct {
+    const char *name;
+    const double *first;
+    double scale;
+  } lists[] = {{"wavelengths_nm", &bands->lambda_um, 1e3},
+               {"n", &bands->n, 1.0},
+               {"k", &bands->k, 1.0},
+               {"diffuse_reflectance", &bands->diffuse_brdf, M_PI}};
   fputs("{\"name\": ", out);
   write_text(hetab_surface_name(surface), out);
   fprintf(out, ", \"sigma0_um\": %.9g, \"tau_um\": %.9g", hetab_surface_sigma0_um(surface),
           hetab_surface_tau_um(surface));
   for (size_t i = 0; i < sizeof lists / sizeof *lists; i++) {
     fputs(", ", out);
-    write_list(lists[i].name, hetab_surface_bands(surface), hetab_surface_band_count(surface),
-               lists[i].number, out);
+    write_list(lists[i].name, lists[i].first, hetab_surface_band_count(surface),
+               sizeof *bands / sizeof(double), lists[i].scale, out);
   }
   fputc('}', out);
   return HETAB_OK;

@@ -279,6 +279,42 @@ done:
   return status;
 }
 
+/* --- units ---------------------------------------------------------------------------------- */
+
+/* A text of fixed or variable length; false if the attribute is none. */
+static bool read_text(hid_t attribute, char *text, size_t size) {
+  hid_t type = H5Aget_type(attribute), space = H5Aget_space(attribute);
+  bool sound = H5Tget_class(type) == H5T_STRING && H5Sget_simple_extent_npoints(space) == 1;
+  bool variable = sound && H5Tis_variable_str(type) > 0;
+  char *read = NULL;
+  if (variable && H5Aread(attribute, type, &read) >= 0 && read)
+    snprintf(text, size, "%s", read);
+  else if (sound && !variable && H5Tget_size(type) < size)
+    sound = H5Aread(attribute, type, text) >= 0;
+  else
+    sound = false;
+  H5free_memory(read);
+  H5Sclose(space);
+  H5Tclose(type);
+  return sound;
+}
+
+hetab_status hetab_h5_unit(hetab_context *ctx, hid_t dataset, const char *path, const char *name,
+                           hetab_quantity quantity, double usual, double *unit) {
+  char text[64] = "";
+  *unit = usual;
+  if (H5Aexists(dataset, "units") <= 0)
+    return HETAB_OK;
+  hid_t attribute = H5Aopen(dataset, "units", H5P_DEFAULT);
+  bool sound = attribute >= 0 && read_text(attribute, text, sizeof text);
+  H5Aclose(attribute);
+  *unit = sound ? hetab_unit(quantity, text) : 0.0;
+  return *unit > 0.0 ? HETAB_OK
+                     : hetab_fail(ctx, HETAB_ERR_UNSUPPORTED,
+                                  "'%s': the attribute units of /%s is '%s': give %s", path, name,
+                                  text, quantity == HETAB_ANGLE ? "degree or rad" : "nm, um or m");
+}
+
 /* --- errors --------------------------------------------------------------------------------- */
 
 /* H5Ewalk2 goes from the innermost message outwards, and stops at the first. */

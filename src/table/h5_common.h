@@ -5,6 +5,8 @@
 #include <hdf5.h>
 #include <hetab/status.h>
 
+#include "core/unit.h"
+
 /* HDF5 keeps a file open, and tries again at exit, if a write fails while it closes it, or a read.
  * This driver therefore never tells it: the first failure is kept here, later writes go nowhere,
  * and whoever owns the descriptor looks at `error` before believing in what was written or read. */
@@ -25,6 +27,11 @@ hid_t hetab_h5_file_update(hetab_h5_descriptor *descriptor);
  * filters that it lacks. */
 hetab_status hetab_h5_dataset_open(hetab_context *ctx, hid_t file, const char *path,
                                    const char *name, int rank, hsize_t *dims, hid_t *out);
+
+/* The unit that the dataset's attribute `units` names, as hetab_unit() has it; without one, the
+ * usual. */
+hetab_status hetab_h5_unit(hetab_context *ctx, hid_t dataset, const char *path, const char *name,
+                           hetab_quantity quantity, double usual, double *unit);
 
 /* Between begin and end HDF5 prints no errors: the innermost message of the first is kept here.
  * The caller's own setting comes back after. */

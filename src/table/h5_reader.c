@@ -7,6 +7,7 @@
 #include <unistd.h>
 #include <hdf5.h>
 
+#include "core/angle.h"
 #include "core/context.h"
 #include "core/input_file.h"
 #include "table/h5_common.h"
@@ -20,6 +21,12 @@ enum { WAVELENGTH, THETA_I, THETA_R, PHI, RANK };
 enum { MAX_COUNT = 100000 };
 
 enum { SRGB_CHANNELS = 3 };
+
+/* Of axes that do not say, as hetab_unit() has them. */
+static const double DEGREE = M_PI / 180.0, NANOMETRE = 1e-3;
+
+/* Less is a wavelength in um that passes for one in nm. */
+static const double SHORTEST_UM = 0.01;
 
 struct hetab_h5_table {
   char *path; /* for messages */
@@ -71,12 +78,28 @@ static hetab_status check_read(hetab_context *ctx, const hetab_h5_table *table) 
 
 /* --- axes ----------------------------------------------------------------------------------- */
 
+/* Of an angle in radians, of which a float32 may be more than pi. */
+static double degrees_of(double radians) {
+  static const double SLACK = 1e-5;
+  double deg = hetab_degrees(radians), right = 90.0 * round(deg / 90.0);
+  return fabs(deg - right) < SLACK ? right : deg;
+}
+
+/* Lengths to um, angles to degrees, those in degrees as they are. */
+static void convert(int axis, double unit, double *values, hsize_t count) {
+  for (hsize_t i = 0; i < count; i++)
+    if (axis == WAVELENGTH)
+      values[i] = hetab_in_unit(values[i], unit);
+    else if (unit != DEGREE)
+      values[i] = degrees_of(hetab_in_unit(values[i], unit));
+}
+
 /* An axis's values; free() them. */
 static hetab_status read_axis(hetab_context *ctx, hetab_h5_table *table, int axis, double **out,
                               const hetab_h5_errors *errors) {
   const char *name = axis_path(table, axis);
   hetab_status status = HETAB_OK;
-  double *values = NULL;
+  double *values = NULL, unit = 1.0;
   hid_t dataset;
   HETAB_TRY(
       hetab_h5_dataset_open(ctx, table->h5, table->path, name, 1, &table->dims[axis], &dataset));
@@ -89,6 +112,11 @@ static hetab_status read_axis(hetab_context *ctx, hetab_h5_table *table, int axi
     HETAB_GOTO(HETAB_ERR_MEMORY);
   if (H5Dread(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) < 0)
     HETAB_GOTO(read_failed(ctx, table, name, errors));
+  if (axis != WAVELENGTH || !table->srgb)
+    HETAB_GOTO(hetab_h5_unit(ctx, dataset, table->path, name,
+                             axis == WAVELENGTH ? HETAB_LENGTH : HETAB_ANGLE,
+                             axis == WAVELENGTH ? NANOMETRE : DEGREE, &unit));
+  convert(axis, unit, values, count);
   *out = values;
   values = NULL;
 done:
@@ -100,16 +128,15 @@ done:
 static hetab_status read_wavelengths(hetab_context *ctx, hetab_h5_table *table,
                                      const hetab_h5_errors *errors) {
   HETAB_TRY(read_axis(ctx, table, WAVELENGTH, &table->lambda_um, errors));
-  double last = 0;
+  double last = SHORTEST_UM;
   for (hsize_t i = 0; i < table->dims[WAVELENGTH]; i++) {
-    double nm = table->lambda_um[i];
-    if (!(nm > last && isfinite(nm)))
+    double um = table->lambda_um[i];
+    if (!(um > last && isfinite(um)))
       return hetab_fail(ctx, HETAB_ERR_PARSE,
-                        "'%s': entry %llu of /wavelength is %g nm; wavelengths are positive and "
-                        "ascend",
-                        table->path, (unsigned long long)i, nm);
-    last = nm;
-    table->lambda_um[i] = nm / 1e3;
+                        "'%s': entry %llu of /wavelength is %g nm; wavelengths are above 10 nm and "
+                        "ascend; its attribute units says what they are in",
+                        table->path, (unsigned long long)i, 1e3 * um);
+    last = um;
   }
   return HETAB_OK;
 }

@@ -178,17 +178,24 @@ static hetab_status check_length(hetab_context *ctx, FILE *file, const char *pat
   return HETAB_OK;
 }
 
-/* Stored numbers to 1/sr. A cell with one negative channel is below the horizon to every reader. */
+static bool may_be_marked(size_t cell) {
+  hetab_merl_pair pair;
+  return !hetab_merl_pair_of(hetab_merl_middle(cell), &pair);
+}
+
+/* Stored numbers to 1/sr. A cell with one negative channel is below the horizon to every reader;
+ * some writers mark those that are with NaN. */
 static hetab_status unscale(hetab_context *ctx, hetab_merl *merl, const char *path) {
   for (size_t i = 0; i < HETAB_MERL_CELLS; i++) {
-    int below = 0;
+    bool below = false;
     for (int c = 0; c < CHANNELS; c++) {
-      if (!isfinite(merl->values[c][i]))
+      bool finite = isfinite(merl->values[c][i]);
+      if (!finite && !may_be_marked(i))
         return hetab_fail(ctx, HETAB_ERR_PARSE,
                           "'%s' is damaged: value %zu of channel %d is not a number; get a "
                           "complete copy",
                           path, i, c);
-      below |= merl->values[c][i] < 0;
+      below |= !finite || merl->values[c][i] < 0;
     }
     for (int c = 0; c < CHANNELS; c++)
       merl->values[c][i] = below ? below_horizon : merl->values[c][i] * file_scale[c];

@@ -209,23 +209,30 @@ static hetab_status make_scene(hetab_context *ctx, const hetab_view_source *sour
   return HETAB_OK;
 }
 
-static void paint(const scene *s, size_t side, float (*rgb)[3]) {
-  double half = (double)side / 2, radius = HETAB_SPHERE_RADIUS * (double)side;
-  for (size_t i = 0; i < side * side; i++) {
-    double x = ((double)(i % side) + 0.5 - half) / radius;
-    double y = (half - (double)(i / side) - 0.5) / radius, r = hypot(x, y), value[3] = {0};
-    double covered = fmin(fmax((1 - r) * radius + 0.5, 0), 1);
-    if (r >= 1) { /* the rim's pixels show what is just inside it */
-      x *= 0.9999 / r;
-      y *= 0.9999 / r;
-    }
-    if (covered > 0) {
-      place p = make_place(x, y, 1 / radius);
-      shade(s, &p, value);
-    }
-    for (int c = 0; c < 3; c++)
-      rgb[i][c] = (float)(covered * value[c]);
+static void paint_pixel(const scene *s, double x, double y, double radius, float rgb[3]) {
+  double r = hypot(x, y), value[3] = {0};
+  double covered = fmin(fmax((1 - r) * radius + 0.5, 0), 1);
+  if (r >= 1) { /* the rim's pixels show what is just inside it */
+    x *= 0.9999 / r;
+    y *= 0.9999 / r;
   }
+  if (covered > 0) {
+    place p = make_place(x, y, 1 / radius);
+    shade(s, &p, value);
+  }
+  for (int c = 0; c < 3; c++)
+    rgb[c] = (float)(covered * value[c]);
+}
+
+static hetab_status paint(hetab_context *ctx, const scene *s, size_t side, float (*rgb)[3]) {
+  double half = (double)side / 2, radius = HETAB_SPHERE_RADIUS * (double)side;
+  for (size_t row = 0; row < side; row++) {
+    HETAB_TRY(hetab_progress(ctx, (double)row, (double)side));
+    for (size_t i = 0; i < side; i++)
+      paint_pixel(s, ((double)i + 0.5 - half) / radius, (half - (double)row - 0.5) / radius, radius,
+                  rgb[row * side + i]);
+  }
+  return HETAB_OK;
 }
 
 hetab_status hetab_view_make_sphere(hetab_context *ctx, const hetab_view_source *source,
@@ -233,7 +240,7 @@ hetab_status hetab_view_make_sphere(hetab_context *ctx, const hetab_view_source 
   scene *s = hetab_alloc(ctx, 1, sizeof *s);
   hetab_status status = s ? make_scene(ctx, source, s) : HETAB_ERR_MEMORY;
   if (status == HETAB_OK)
-    paint(s, side, rgb);
+    status = paint(ctx, s, side, rgb);
   if (s)
     hetab_lobe_table_clear(&s->table);
   free(s);
