@@ -12,12 +12,13 @@ CFLAGS  ?= -O2 -g
 PYTHON  ?= /usr/bin/python3
 
 WARNINGS := -Wall -Wextra -Wconversion -Wdouble-promotion -Wno-unused-parameter
-PACKAGES := OpenCL hdf5 yaml-0.1 jansson nlopt libzip expat libpng
-# Deferred (=), so that they see what scripts/setup has installed.
+# Deferred (=), so that they see what scripts/setup has installed. An MPI HDF5 beside the serial one takes the name hdf5.
+HDF5 = $(shell pkg-config --exists hdf5-serial && echo hdf5-serial || echo hdf5)
+PACKAGES = OpenCL $(HDF5) yaml-0.1 jansson nlopt libzip expat libpng
 PACKAGE_FLAGS = $(shell pkg-config --cflags $(PACKAGES) OpenEXR)
 # Of OpenEXR the C API alone, whose name carries the version.
 EXR_LIB = $(filter -lOpenEXRCore%,$(shell pkg-config --libs OpenEXR))
-PACKAGE_LIBS = $(shell pkg-config --libs-only-L hdf5) -lhdf5_hl $(shell pkg-config --libs $(PACKAGES)) $(EXR_LIB)
+PACKAGE_LIBS = $(shell pkg-config --libs-only-L $(HDF5)) -lhdf5_hl $(shell pkg-config --libs $(PACKAGES)) $(EXR_LIB)
 CPPFLAGS_ALL = -Iinclude -Isrc -I. -DHETAB_VERSION='"$(VERSION)"' -D_GNU_SOURCE \
   -DCL_TARGET_OPENCL_VERSION=120 $(PACKAGE_FLAGS) $(CPPFLAGS)
 # No contraction: host values must not depend on what the compiler fuses. Nobody asks errno after

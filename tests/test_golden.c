@@ -364,6 +364,37 @@ HARD(dielectric, TOL_GOLDEN_FLOAT)
 HARD(rarer, TOL_TOTAL_FLOAT)
 HARD(far_off_specular, TOL_GOLDEN_FLOAT)
 
+/* Within 0.01 degrees of the critical angle of n < 1, Fresnel's square root has what a cancellation
+ * leaves. */
+static void test_critical_angle(void **state) {
+  static const double bounds[] = {
+      [HETAB_FLOAT] = TOL_CRITICAL_FLOAT, [HETAB_DOUBLE] = TOL_CRITICAL_DOUBLE};
+  enum { COUNT = 2000 };
+  static hetab_point points[COUNT];
+  uint64_t r = 7;
+  for (size_t i = 0; i < COUNT; i++) {
+    double n = uniform(&r, 0.3, 0.99), offset = log_uniform(&r, 1e-12, 0.01 * M_PI / 180);
+    double theta = asin(n) + (i % 2 ? offset : -offset);
+    points[i] = (hetab_point){.lambda_um = 0.55,
+                              .sigma0_um = 0.1,
+                              .tau_um = 3,
+                              .n = n,
+                              .theta_i = theta,
+                              .theta_r = theta,
+                              .phi = M_PI};
+  }
+  hetab_value *exact = literal_values(*state, points, COUNT);
+  for (int precision = HETAB_FLOAT; precision <= HETAB_DOUBLE; precision++) {
+    worst w = {0};
+    hetab_value *values = device_values(*state, (hetab_precision)precision, points, COUNT);
+    for (size_t i = 0; i < COUNT; i++)
+      worst_add(&w, i, values[i].dd, exact[i].dd);
+    assert_worst("critical angle", &w, bounds[precision], TOL_BELOW_FLOOR);
+    free(values);
+  }
+  free(exact);
+}
+
 /* At exactly 90 degrees the BRDF is 0, the specular reflectance too. */
 static void test_ninety_degrees(void **state) {
   hetab_point points[300];
@@ -471,8 +502,8 @@ int main(void) {
       TEST(test_needle),           TEST(test_grazing_in),      TEST(test_grazing_out),
       TEST(test_grazing_both),     TEST(test_gentle),          TEST(test_steep),
       TEST(test_dielectric),       TEST(test_rarer),           TEST(test_far_off_specular),
-      TEST(test_ninety_degrees),   TEST(test_any_g),           TEST(test_never_bad),
-      TEST(test_places_float),     TEST(test_places_double),
+      TEST(test_critical_angle),   TEST(test_ninety_degrees),  TEST(test_any_g),
+      TEST(test_never_bad),        TEST(test_places_float),    TEST(test_places_double),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

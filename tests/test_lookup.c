@@ -462,6 +462,38 @@ static void albedos_are_the_models(void **state) {
   hetab_engine_free(engine);
 }
 
+/* A narrow lobe upon a wide one, the delta folded in: nothing of it is lost between cells. */
+static void folded_tables_keep_their_energy(void **state) {
+  hetab_context *ctx = ((fixture *)*state)->ctx;
+  static const double theta_i[] = {0, DEG(20), DEG(45), DEG(60), DEG(75), DEG(85)};
+  enum { ANGLES = sizeof theta_i / sizeof *theta_i };
+  hetab_engine *engine = new_engine(ctx);
+  hetab_surface *surface;
+  hetab_merl_options options = {
+      .colour = HETAB_MERL_BANDS,
+      .band_um = {three_bands_um[0], three_bands_um[1], three_bands_um[2]},
+      .specular_cone = DEG(2)};
+  hetab_reflectance rho[3 * ANGLES];
+  double worst = 0;
+  assert_ok(ctx, hetab_surface_create(ctx, 0.03, 3, 2.5, 3.1, three_bands_um, 3, &surface));
+  assert_ok(ctx, save_merl(ctx, engine, surface, &options, "folded.binary"));
+  assert_ok(ctx, hetab_reflectance_dh(ctx, engine, surface, theta_i, ANGLES, 0, rho));
+  hetab_lookup *table = open_table(ctx, "folded.binary", HETAB_LOOKUP_INTERPOLATE);
+  for (int t = 0; t < ANGLES; t++) {
+    float wi[3], albedo[3];
+    direction_at(theta_i[t], 0, wi);
+    hetab_lookup_albedo(table, NULL, 1, wi, albedo, NULL);
+    for (int b = 0; b < 3; b++)
+      worst = fmax(worst, fabs((double)albedo[b] / rho[b * ANGLES + t].dh - 1));
+  }
+  print_message("  steel folded, 2 degrees: albedo off by %.2f %%\n", 100 * worst);
+  if (!(worst <= TOL_CONE_ENERGY))
+    fail_msg("folded: albedo off by %g", worst);
+  hetab_lookup_free(table);
+  hetab_surface_free(surface);
+  hetab_engine_free(engine);
+}
+
 /* --- the whole BSDF, and a path's own wavelengths --------------------------------------------- */
 
 /* Weights add up to albedo and delta, densities are eval's, the delta has its share. */
@@ -920,23 +952,15 @@ static void damaged_specular_files_are_refused(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      TEST(tables_are_close_to_the_model),
-      TEST(batches_equal_single_calls),
-      TEST(nearest_is_the_files_own_number),
-      TEST(any_direction_is_answered),
-      TEST(samples_follow_their_density),
-      TEST(samples_are_of_the_whole_bsdf),
-      TEST(paths_have_their_own_wavelengths),
-      TEST(albedos_are_the_models),
-      TEST(merl_tables_are_as_good_as_exact_centres),
-      TEST(the_specular_delta_is_apart),
-      TEST(rgl_tables_open_too),
-      TEST(black_tables_stay_black),
-      TEST(absurd_numbers_stay_numbers),
-      TEST(damaged_merl_files_are_refused),
-      TEST(damaged_h5_files_are_refused),
-      TEST(other_files_are_refused),
-      TEST(damaged_specular_files_are_refused),
+      TEST(tables_are_close_to_the_model),    TEST(batches_equal_single_calls),
+      TEST(nearest_is_the_files_own_number),  TEST(any_direction_is_answered),
+      TEST(samples_follow_their_density),     TEST(samples_are_of_the_whole_bsdf),
+      TEST(paths_have_their_own_wavelengths), TEST(albedos_are_the_models),
+      TEST(folded_tables_keep_their_energy),  TEST(merl_tables_are_as_good_as_exact_centres),
+      TEST(the_specular_delta_is_apart),      TEST(rgl_tables_open_too),
+      TEST(black_tables_stay_black),          TEST(absurd_numbers_stay_numbers),
+      TEST(damaged_merl_files_are_refused),   TEST(damaged_h5_files_are_refused),
+      TEST(other_files_are_refused),          TEST(damaged_specular_files_are_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

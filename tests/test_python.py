@@ -358,7 +358,7 @@ class Calls(unittest.TestCase):
         for make, words in (
                 (lambda: hetab.Surface("nope"), "no preset 'nope'"),
                 (lambda: hetab.Surface(sigma0_um=-1, tau_um=3, index="Al"), "sigma0_um"),
-                (lambda: hetab.Surface("BBQAL2").at(3.0), "0.4"),
+                (lambda: hetab.Surface("BBQAL2").at(1e5), "extrapolate_index"),
                 (lambda: hetab.evaluate(numpy.zeros(2, hetab.POINT)), "lambda")):
             with self.assertRaisesRegex(hetab.Error, words):
                 make()

@@ -1,4 +1,5 @@
 /* hetab convert: tables from one format to another, with what that cost. */
+#include <math.h>
 #include <stdio.h>
 
 #include "cli.h"
@@ -23,6 +24,11 @@ static void print_text(const request *r, const hetab_convert_report *report) {
   if (report->to != HETAB_FORMAT_RGL)
     printf(" (L1 %.2g %% if interpolated)", 100 * report->error_l1_interpolated);
   printf("\n");
+  printf("  loads in %s\n", cli_readers(report->to, !report->srgb_out));
+  if (report->to == HETAB_FORMAT_H5 && report->error_l1 > 0.1)
+    printf("  warning: the lobe falls between the nodes: %.2g times as many along each axis leave "
+           "readers about 5 %%; .bsdf follows the lobe\n",
+           sqrt(report->error_l1 / 0.05));
   if (report->filled)
     printf("  %zu cells of '%s' without data filled from their neighbours\n", report->filled,
            r->in);

@@ -14,10 +14,14 @@ static void colour_of(const predict_report *r, size_t incidence, const char *wha
   snprintf(text, 48, "%s:hsl(%.0f 75%% 44%%)", what, 215 - 205 * (double)incidence / last);
 }
 
-static double highest(const hetab_prediction *p, const hetab_prediction_curve *curve) {
+/* Of all that is drawn of the curve. */
+static double highest(const predict_report *r, size_t index) {
   double top = 0;
-  for (size_t i = 0; i < p->theta_r_count; i++)
-    top = fmax(top, curve->f[i].high);
+  for (size_t i = 0; i < r->prediction->theta_r_count; i++) {
+    top = fmax(top, r->prediction->curves[index].f[i].high);
+    if (r->with_tau)
+      top = fmax(top, r->with_tau->curves[index].f[i].high);
+  }
   return top;
 }
 
@@ -36,7 +40,8 @@ static svg_plot plot_to(FILE *out, double top, int log_scale) {
   return (svg_plot){out,
                     {"theta_r, degrees (light from the left)", -90, 90, 30, SVG_DEGREES},
                     {"BRDF, 1/sr", log_scale ? end * pow(10, -DECADES) : 0,
-                     log_scale ? end : 1.05 * end, log_scale ? 1 : svg_step(end), log_scale}};
+                     log_scale ? end : 1.05 * end, log_scale ? 1 : svg_step(end),
+                     (svg_axis_kind)log_scale}};
 }
 
 static void draw_curve(const svg_plot *plot, const predict_report *r, size_t index) {
@@ -82,7 +87,7 @@ static void plot_all(FILE *out, const predict_report *r, size_t wavelength, int 
   size_t first = wavelength * r->theta_i_count;
   double top = 0;
   for (size_t i = 0; i < r->theta_i_count; i++)
-    top = fmax(top, highest(r->prediction, &r->prediction->curves[first + i]));
+    top = fmax(top, highest(r, first + i));
   svg_plot plot = plot_to(out, top, log_scale);
   svg_begin(&plot, log_scale ? "All incidences, logarithmic" : "All incidences, linear");
   for (size_t i = 0; i < r->theta_i_count; i++)
@@ -93,8 +98,8 @@ static void plot_all(FILE *out, const predict_report *r, size_t wavelength, int 
 static void plot_one(FILE *out, const predict_report *r, size_t index, int log_scale) {
   const hetab_prediction_curve *curve = &r->prediction->curves[index];
   char caption[96];
-  svg_plot plot = plot_to(
-      out, fmax(highest(r->prediction, curve), highest_point(r->prediction, index)), log_scale);
+  svg_plot plot =
+      plot_to(out, fmax(highest(r, index), highest_point(r->prediction, index)), log_scale);
   snprintf(caption, sizeof caption, "theta_i %.4g\u00b0, %s", hetab_degrees(curve->theta_i),
            log_scale ? "logarithmic" : "linear");
   svg_begin(&plot, caption);

@@ -2,6 +2,8 @@
 
 #include <float.h>
 
+#include "core/context.h"
+
 enum { BLOCK = 1024 }; /* a fixed count is what compilers vectorise */
 
 /* NaN fails both comparisons. */
@@ -29,4 +31,13 @@ bool hetab_radiant(const void *values, size_t count, hetab_precision precision, 
   return precision == HETAB_FLOAT
              ? floats_radiant(values, count)
              : doubles_radiant(values, count, as_floats ? (double)FLT_MAX : DBL_MAX);
+}
+
+hetab_status hetab_report_radiant(hetab_context *ctx, const hetab_report *report) {
+  if (!report->error.bad)
+    return HETAB_OK;
+  return hetab_fail(ctx, HETAB_ERR_DEVICE,
+                    "%zu of %zu sampled entries are NaN, infinite or negative: nothing written; "
+                    "please report this",
+                    report->error.bad, report->error.samples);
 }

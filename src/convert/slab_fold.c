@@ -161,8 +161,8 @@ static hetab_status fill(hetab_context *ctx, const hetab_surface *surface, hetab
     return HETAB_ERR_MEMORY;
   HETAB_TRY(hetab_specular_reflectance(ctx, surface, hetab_grid_radians(f->grid, HETAB_THETA_I),
                                        count[HETAB_THETA_I], f->rho));
-  HETAB_TRY(hetab_fold_create(ctx, surface, hetab_surface_bands(surface), bands, f->cone, false,
-                              &f->fold));
+  HETAB_TRY(
+      hetab_fold_create(ctx, surface, hetab_surface_bands(surface), bands, f->cone, &f->fold));
   return check_nodes(ctx, f);
 }
 

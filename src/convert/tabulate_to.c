@@ -11,6 +11,7 @@
 #include "convert/radiant.h"
 #include "convert/read_back.h"
 #include "convert/slab_fold.h"
+#include "convert/surface_specular.h"
 #include "core/option_size.h"
 #include "core/angle.h"
 #include "core/held_files.h"
@@ -130,9 +131,11 @@ static hetab_status add_outputs(job *job, const char *const *paths, size_t count
   for (size_t i = 0; i < count; i++)
     HETAB_TRY(add_output(job, paths[i]));
   for (size_t i = 0; i < count; i++) {
-    HETAB_TRY(hetab_output_check(job->ctx, paths[i], job->options.overwrite));
-    if (job->outputs[i].specular)
-      HETAB_TRY(hetab_output_check(job->ctx, job->outputs[i].specular, job->options.overwrite));
+    const output *o = &job->outputs[i];
+    int overwrite = job->options.overwrite;
+    HETAB_TRY(hetab_output_check(job->ctx, paths[i], overwrite));
+    if (o->specular) /* the same one may be there, of a table of another format */
+      HETAB_TRY(hetab_output_check(job->ctx, o->specular, overwrite || !is_folded(job, o)));
   }
   return HETAB_OK;
 }
@@ -152,31 +155,6 @@ static double *specular_table(job *job, const double *theta_i, size_t count, dou
   return rho;
 }
 
-static hetab_status save_bands(job *job, const output *o, const double *theta_i) {
-  size_t channels = channel_count(job, o);
-  size_t count = channels ? channels : hetab_surface_band_count(job->surface);
-  hetab_band *bands = hetab_alloc(job->ctx, count, sizeof *bands);
-  double *lambda_um = hetab_alloc(job->ctx, count, sizeof *lambda_um);
-  double *rho = hetab_alloc(job->ctx, count * HETAB_SPECULAR_ANGLES, sizeof *rho);
-  hetab_status status;
-  HETAB_GOTO(bands && lambda_um && rho ? HETAB_OK : HETAB_ERR_MEMORY);
-  for (size_t i = 0; i < count; i++) {
-    bands[i] = hetab_surface_bands(job->surface)[channels ? 0 : i];
-    if (channels)
-      HETAB_GOTO(
-          hetab_surface_at(job->ctx, job->surface, job->options.merl->band_um[i], &bands[i]));
-    lambda_um[i] = bands[i].lambda_um;
-  }
-  hetab_specular_of_bands(job->surface, bands, count, theta_i, HETAB_SPECULAR_ANGLES, rho);
-  HETAB_GOTO(hetab_specular_save(job->ctx, o->specular, lambda_um, count, channels > 0, rho,
-                                 job->options.overwrite));
-done:
-  free(bands);
-  free(lambda_um);
-  free(rho);
-  return status;
-}
-
 /* Beside the table, unless an output before this one has written the same. */
 static hetab_status save_specular(job *job, output *o) {
   double theta_i[HETAB_SPECULAR_ANGLES];
@@ -189,7 +167,10 @@ static hetab_status save_specular(job *job, output *o) {
   if (!rho)
     return HETAB_ERR_MEMORY;
   free(rho);
-  return written || is_folded(job, o) ? HETAB_OK : save_bands(job, o, theta_i);
+  if (written || is_folded(job, o))
+    return HETAB_OK;
+  return hetab_surface_specular_save(job->ctx, job->surface, job->merl_options.band_um,
+                                     channel_count(job, o), o->specular, job->options.overwrite);
 }
 
 /* ---- dense tables -------------------------------------------------------------------------- */
@@ -271,30 +252,19 @@ static hetab_status fan_out(hetab_context *ctx, void *user, const hetab_slab *sl
 
 /* ---- the work ------------------------------------------------------------------------------ */
 
-/* The sample is of all that was evaluated: a second look at dense tables, and the one at MERL
- * tables before hetab_merl_save goes through their cells. */
-static hetab_status check_report(hetab_context *ctx, const hetab_report *report) {
-  if (!report->error.bad)
-    return HETAB_OK;
-  return hetab_fail(ctx, HETAB_ERR_DEVICE,
-                    "%zu of %zu sampled entries are NaN, infinite or negative: nothing written; "
-                    "please report this",
-                    report->error.bad, report->error.samples);
-}
-
 static hetab_status fill_dense(job *job) {
   hetab_report *report = &job->reports[HETAB_FORMAT_H5];
   HETAB_TRY(hetab_tabulate(job->ctx, job->engine, job->surface, job->grid, &job->sample, fan_out,
                            job, report));
   job->reports[HETAB_FORMAT_EXR] = *report;
-  return check_report(job->ctx, report);
+  return hetab_report_radiant(job->ctx, report);
 }
 
 static hetab_status fill_merl(job *job) {
   hetab_report *report = &job->reports[HETAB_FORMAT_MERL];
   HETAB_TRY(hetab_tabulate_merl(job->ctx, job->engine, job->surface, &job->merl_options, &job->merl,
                                 report));
-  return check_report(job->ctx, report);
+  return hetab_report_radiant(job->ctx, report);
 }
 
 static hetab_status fill_rgl(job *job) {

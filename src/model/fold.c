@@ -8,7 +8,6 @@ enum { NODES = 721 /* of s, every eighth of a degree */, RINGS = 24, SPOKES = 48
 struct hetab_fold {
   size_t bands;
   double sin2_cone;
-  bool is_flat;
   double *s; /* [NODES][bands] */
 };
 
@@ -29,7 +28,7 @@ static double profile(const hetab_fold *fold, double sin2_h) {
   double rest = 1.0 - sin2_h / fold->sin2_cone;
   if (!(rest > 0.0))
     return 0.0;
-  return fold->is_flat ? 1.0 : rest * rest;
+  return rest * rest;
 }
 
 double hetab_sin2_h(const hetab_pair *pair, double one_plus_cos) {
@@ -131,12 +130,12 @@ hetab_status hetab_fold_check(hetab_context *ctx, double cone, double least, con
 }
 
 hetab_status hetab_fold_create(hetab_context *ctx, const hetab_surface *surface,
-                               const hetab_band *bands, size_t count, double cone, bool is_flat,
+                               const hetab_band *bands, size_t count, double cone,
                                hetab_fold **out) {
   hetab_fold *fold = *out = hetab_alloc(ctx, 1, sizeof *fold);
   if (!fold)
     return HETAB_ERR_MEMORY;
-  *fold = (hetab_fold){.bands = count, .sin2_cone = sin(cone) * sin(cone), .is_flat = is_flat};
+  *fold = (hetab_fold){.bands = count, .sin2_cone = sin(cone) * sin(cone)};
   hetab_status status = fill(ctx, surface, bands, fold);
   if (status != HETAB_OK) {
     hetab_fold_free(fold);

@@ -2,13 +2,12 @@
  *   f(i, r) = K(theta_h) s(theta_i) s(theta_r),
  * reciprocal, whose directional-hemispherical reflectance is rho_s at every incidence, what is cut
  * off at the horizon included: s solves s(i) int K s(r) cos(r) dr = rho_s(i) (Sinkhorn's
- * iteration). K is 1 within the cone for tables of cells, or (1 - y)^2, y = sin^2(theta_h) /
- * sin^2(cone), for tables that are interpolated.
+ * iteration). K is (1 - y)^2, y = sin^2(theta_h) / sin^2(cone): smooth, for readers that
+ * interpolate lose what a step has, and those that truncate find it too.
  *
  * Energy of the smooth lobe, integrated by another rule: rho_s above 1e-3 within 0.2 % from 0 to 85
  * degrees for cones of 0.5 and 2 degrees, 1 % at 5, and 2 % at 20 where rho_s
- * does not rise by orders within the cone; of the flat one of 2 degrees
- * within 0.5 % (tests/test_fold.c). */
+ * does not rise by orders within the cone (tests/test_fold.c). */
 #ifndef HETAB_MODEL_FOLD_H
 #define HETAB_MODEL_FOLD_H
 
@@ -24,7 +23,7 @@ hetab_status hetab_fold_check(hetab_context *ctx, double cone, double least, con
 
 /* Of these bands of a surface; cone in radians, (0, pi/2]. */
 hetab_status hetab_fold_create(hetab_context *ctx, const hetab_surface *surface,
-                               const hetab_band *bands, size_t count, double cone, bool is_flat,
+                               const hetab_band *bands, size_t count, double cone,
                                hetab_fold **out);
 void hetab_fold_free(hetab_fold *fold); /* NULL is fine */
 

@@ -234,7 +234,7 @@ static hetab_status fold_in(hetab_context *ctx, double cone, hetab_rgl_model *m)
                              "an RGL table's finest nodes"));
   m->source.specular = NULL;
   m->source.specular_cone_deg = hetab_degrees(cone);
-  return hetab_fold_create(ctx, m->surface, hetab_surface_bands(m->surface), m->bands, cone, false,
+  return hetab_fold_create(ctx, m->surface, hetab_surface_bands(m->surface), m->bands, cone,
                            &m->fold);
 }
 
