@@ -18,6 +18,9 @@ int hetab_wants_double(const hetab_surface *surface);
  * field, its value and the range: "sigma0_um = 0: give a value from 1e-09 to 1e+06". */
 hetab_status hetab_check_point(hetab_context *ctx, const hetab_point *point);
 
+/* The range of one of its numbers, in the library's units: that at offsetof(hetab_point, ...). */
+void hetab_point_limits(size_t offset, double *low, double *high);
+
 /* The printed equations (Eqs. 6-25) in double on the calling thread, limits where they divide
  * zero by zero: the executable specification. No device needed. */
 hetab_status hetab_evaluate_literal(hetab_context *ctx, const hetab_point *points, size_t count,

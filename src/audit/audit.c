@@ -33,7 +33,7 @@ hetab_status hetab_audit_new(hetab_context *ctx, hetab_audit_kind kind, const ch
   if (!audit)
     return HETAB_ERR_MEMORY;
   audit->kind = kind;
-  audit->separability = NAN;
+  audit->separability = (double)NAN;
   audit->name = strdup(name);
   return audit->name ? HETAB_OK : hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for a name");
 }
@@ -47,7 +47,7 @@ hetab_status hetab_audit_size(hetab_context *ctx, hetab_audit *audit, size_t cha
   if (!audit->theta_i || !audit->energy)
     return HETAB_ERR_MEMORY;
   for (size_t i = 0; i < channels * incidences; i++)
-    audit->energy[i] = (hetab_energy){.fresnel = NAN, .model = NAN};
+    audit->energy[i] = (hetab_energy){.fresnel = (double)NAN, .model = (double)NAN};
   return HETAB_OK;
 }
 
@@ -142,7 +142,7 @@ static excess find_excess(const hetab_audit *audit, int over_fresnel, double all
 /* ", from 80 to 89 deg": the range of incidences at which the bound is broken. */
 static void broken_range(const hetab_audit *audit, int over_fresnel, double allowed, char *text,
                          size_t size) {
-  double first = NAN, last = NAN;
+  double first = (double)NAN, last = (double)NAN;
   for (size_t t = 0; t < audit->theta_count; t++)
     for (size_t c = 0; c < audit->channel_count; c++) {
       const hetab_energy *energy = hetab_audit_energy(audit, c, t);

@@ -49,7 +49,7 @@ static double exchanged(const hetab_dense_table *t, entry e, int same_axes) {
   if (theta_r < deg_at(t, HETAB_THETA_I, 0) || theta_i < deg_at(t, HETAB_THETA_R, 0) ||
       theta_r > deg_at(t, HETAB_THETA_I, t->count[HETAB_THETA_I] - 1) ||
       theta_i > deg_at(t, HETAB_THETA_R, t->count[HETAB_THETA_R] - 1))
-    return NAN;
+    return (double)NAN;
   return hetab_dense_table_read(t, hetab_radians(theta_r), hetab_radians(theta_i),
                                 hetab_radians(deg_at(t, HETAB_PHI, e.p)));
 }

@@ -27,7 +27,7 @@ static hetab_status fill_energy(hetab_context *ctx, hetab_engine *engine,
                                       .specular = rho[i].specular,
                                       .ud = rho[i].ud,
                                       .fresnel = rho[i].fresnel,
-                                      .model = NAN};
+                                      .model = (double)NAN};
   free(rho);
   return status;
 }

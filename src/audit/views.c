@@ -45,7 +45,7 @@ static hetab_status make_views(hetab_context *ctx, hetab_audit *audit) {
   for (int v = 0; v < HETAB_AUDIT_VIEWS; v++) {
     audit->views[v].theta_i = hetab_radians(VIEW_THETA_DEG[v]);
     for (int i = 0; i < HETAB_AUDIT_LOBE; i++)
-      audit->views[v].model[i] = NAN;
+      audit->views[v].model[i] = (double)NAN;
   }
   return HETAB_OK;
 }
@@ -135,7 +135,7 @@ hetab_status hetab_views_of_surface(hetab_context *ctx, hetab_engine *engine,
   for (int v = 0; v < HETAB_AUDIT_VIEWS; v++) {
     for (int i = 0; i < HETAB_AUDIT_LOBE; i++) {
       audit->views[v].lobe[i] = audit->views[v].model[i];
-      audit->views[v].model[i] = NAN;
+      audit->views[v].model[i] = (double)NAN;
     }
     HETAB_TRY(map_of_surface(ctx, engine, surface, audit, v));
   }

@@ -138,7 +138,7 @@ static void plot_cartesian(FILE *out, const hetab_audit *a, int log_scale) {
   svg_plot p = {out,
                 {"theta_r, degrees (light from the left)", -90, 90, 30, 0},
                 {"BRDF, 1/sr", log_scale ? top * pow(10, -DECADES) : 0, top,
-                 log_scale ? 1 : svg_step(top), log_scale}};
+                 log_scale ? 1 : svg_step(top), (svg_axis_kind)log_scale}};
   svg_begin(&p, log_scale ? "Lobes in the plane of incidence, logarithmic"
                           : "Lobes in the plane of incidence, linear");
   for (int v = 0; v < HETAB_AUDIT_VIEWS; v++) {

@@ -28,34 +28,30 @@ static const hetab_csv_wanted wanted[COLUMNS] = {[LAMBDA] = {"lambda|wavelength"
                                                  [INDEX_K] = {"k", HETAB_PLAIN},
                                                  [DIFFUSE] = {"diffusebrdf", HETAB_PLAIN}};
 
-/* hetab_check_point()'s limits of single numbers, here in the columns' own units. */
 static const struct {
-  const char *name;
+  const char *name, *unit;
   size_t offset; /* in hetab_point */
-  hetab_rule rule;
 } columns[COLUMNS] = {
-    [LAMBDA] = {"lambda_um",
-                offsetof(hetab_point, lambda_um),
-                {1e-6, 1e6, "a value from 1e-06 to 1e+06 um"}},
-    [THETA_I] = {"theta_i_deg",
-                 offsetof(hetab_point, theta_i),
-                 {0, M_PI_2, "a value from 0 to 90 degrees"}},
-    [THETA_R] = {"theta_r_deg",
-                 offsetof(hetab_point, theta_r),
-                 {0, M_PI_2, "a value from 0 to 90 degrees"}},
-    [PHI] = {"phi_deg", offsetof(hetab_point, phi), {-1e6, 1e6, "an azimuth below 5e7 degrees"}},
-    [SIGMA0] = {"sigma0_um",
-                offsetof(hetab_point, sigma0_um),
-                {1e-9, 1e6, "a value from 1e-09 to 1e+06 um"}},
-    [TAU] = {"tau_um",
-             offsetof(hetab_point, tau_um),
-             {1e-9, 1e6, "a value from 1e-09 to 1e+06 um"}},
-    [INDEX_N] = {"n", offsetof(hetab_point, n), {1e-6, 1e3, "a value from 1e-06 to 1000"}},
-    [INDEX_K] = {"k", offsetof(hetab_point, k), {0, 1e3, "a value from 0 to 1000"}},
-    [DIFFUSE] = {"diffuse_brdf",
-                 offsetof(hetab_point, diffuse_brdf),
-                 {0, 1e3, "a value from 0 to 1000 / sr"}},
+    [LAMBDA] = {"lambda_um", " um", offsetof(hetab_point, lambda_um)},
+    [THETA_I] = {"theta_i_deg", " degrees", offsetof(hetab_point, theta_i)},
+    [THETA_R] = {"theta_r_deg", " degrees", offsetof(hetab_point, theta_r)},
+    [PHI] = {"phi_deg", " degrees", offsetof(hetab_point, phi)},
+    [SIGMA0] = {"sigma0_um", " um", offsetof(hetab_point, sigma0_um)},
+    [TAU] = {"tau_um", " um", offsetof(hetab_point, tau_um)},
+    [INDEX_N] = {"n", "", offsetof(hetab_point, n)},
+    [INDEX_K] = {"k", "", offsetof(hetab_point, k)},
+    [DIFFUSE] = {"diffuse_brdf", " / sr", offsetof(hetab_point, diffuse_brdf)},
 };
+
+/* What the library takes, and the words for it in the column's own unit. */
+static hetab_rule rule_of(int c, char words[64]) {
+  hetab_rule rule = {.wanted = words};
+  hetab_point_limits(columns[c].offset, &rule.min, &rule.max);
+  double size = wanted[c].quantity == HETAB_ANGLE ? 180.0 / M_PI : 1.0;
+  snprintf(words, 64, "a value from %.6g to %.6g%s", size * rule.min, size * rule.max,
+           columns[c].unit);
+  return rule;
+}
 
 static const char *const output_names[] = {"dd", "sp_reflectance", "ud", "total", "g", "x"};
 
@@ -68,6 +64,8 @@ typedef struct evaluation {
   int digits;             /* of the values written */
   int extrapolate;
   hetab_csv reader;
+  hetab_rule rules[COLUMNS];
+  char words[COLUMNS][64];
   size_t position[COLUMNS]; /* the field that holds a column, or HETAB_CSV_ABSENT */
   hetab_band band;          /* the surface at the wavelength last asked for */
   hetab_point points[BATCH];
@@ -181,7 +179,7 @@ static int parse_row(evaluation *e, hetab_point *p) {
   for (int c = 0; c < COLUMNS; c++) {
     double *value = (double *)(void *)((char *)p + columns[c].offset);
     if (e->position[c] != HETAB_CSV_ABSENT &&
-        hetab_csv_number(&e->reader, e->position[c], &columns[c].rule, value) != HETAB_OK)
+        hetab_csv_number(&e->reader, e->position[c], &e->rules[c], value) != HETAB_OK)
       return cli_fail_context(e->ctx);
   }
   int status = e->surface ? fill_from_surface(e, p) : -1;
@@ -286,6 +284,8 @@ static int prepare(evaluation *e, const request *r) {
     return cli_fail_context(e->ctx);
   if (!r->literal && hetab_engine_create(e->ctx, &options, &e->engine) != HETAB_OK)
     return cli_fail_context(e->ctx);
+  for (int c = 0; c < COLUMNS; c++)
+    e->rules[c] = rule_of(c, e->words[c]);
   e->digits = r->precision || r->literal ? 17 : 9;
   e->extrapolate = r->extrapolate;
   return -1;

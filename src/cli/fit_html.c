@@ -161,7 +161,8 @@ static void plot_plane(const page *p, const view *v, size_t incidence, int log_s
   svg_plot plot = {p->out,
                    {"theta_r, degrees (light from the left)", -90, 90, 30, SVG_DEGREES},
                    {"BRDF, 1/sr", log_scale ? end * pow(10, -DECADES) : 0,
-                    log_scale ? end : 1.05 * end, log_scale ? 1 : svg_step(end), log_scale}};
+                    log_scale ? end : 1.05 * end, log_scale ? 1 : svg_step(end),
+                    (svg_axis_kind)log_scale}};
   snprintf(caption, sizeof caption, "theta_i %.4g\u00b0, %s", hetab_degrees(p->theta_i[incidence]),
            log_scale ? "logarithmic" : "linear");
   svg_begin(&plot, caption);
@@ -212,7 +213,7 @@ static void find_pairs(const page *p, const view *v, double theta_i, long pairs[
 /* The measured values of an incidence, DECADES below the largest at least. */
 static void find_range(const page *p, const view *v, double theta_i, double range[2]) {
   const hetab_directions *pairs = hetab_measurements_pairs(p->report->measurements);
-  range[0] = INFINITY;
+  range[0] = HUGE_VAL;
   range[1] = 0;
   for (size_t i = 0; i < hetab_measurements_pair_count(p->report->measurements); i++) {
     double value = measured_at(p, v, i);

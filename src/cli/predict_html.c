@@ -40,7 +40,8 @@ static svg_plot plot_to(FILE *out, double top, int log_scale) {
   return (svg_plot){out,
                     {"theta_r, degrees (light from the left)", -90, 90, 30, SVG_DEGREES},
                     {"BRDF, 1/sr", log_scale ? end * pow(10, -DECADES) : 0,
-                     log_scale ? end : 1.05 * end, log_scale ? 1 : svg_step(end), log_scale}};
+                     log_scale ? end : 1.05 * end, log_scale ? 1 : svg_step(end),
+                     (svg_axis_kind)log_scale}};
 }
 
 static void draw_curve(const svg_plot *plot, const predict_report *r, size_t index) {

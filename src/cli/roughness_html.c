@@ -24,7 +24,7 @@ static void thin(const double *y, const double *less, size_t count, double spaci
   size_t stride = count / BUCKETS + 1;
   c->count = 0;
   for (size_t from = 0; from < count; from += stride) {
-    double low = NAN, high = NAN;
+    double low = (double)NAN, high = (double)NAN;
     for (size_t i = from; i < count && i < from + stride; i++) {
       double value = less ? y[i] - less[i] : y[i];
       low = fmin(low, value);
@@ -67,7 +67,7 @@ static void plot_split(FILE *out, const hetab_roughness *r) {
   svg_line(&p, c.x, c.y, c.count, 1, "stroke:var(--c1);stroke-width:1;opacity:.35", "end zones");
   for (size_t i = 0; i < c.count; i++)
     if (c.x[i] < 0.5 * r->cutoff_um || c.x[i] > length - 0.5 * r->cutoff_um)
-      c.y[i] = NAN;
+      c.y[i] = (double)NAN;
   svg_line(&p, c.x, c.y, c.count, 1, "stroke:var(--c1);stroke-width:1", "small scale");
   svg_end(&p);
 }

@@ -237,7 +237,7 @@ bool hetab_csv_parse(hetab_csv *csv, const char *text, double *value) {
   if (mark)
     csv->decimal = mark;
   if (!isfinite(*value)) /* more than a double holds */
-    *value = NAN;
+    *value = (double)NAN;
   return true;
 }
 

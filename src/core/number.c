@@ -59,10 +59,10 @@ bool hetab_number_missing(const char *text) {
 bool hetab_number_or_missing(const char *text, double *value) {
   if (hetab_number_parse(text, value)) {
     if (!isfinite(*value)) /* more than a double holds */
-      *value = NAN;
+      *value = (double)NAN;
     return true;
   }
-  *value = NAN;
+  *value = (double)NAN;
   return hetab_number_missing(text);
 }
 
@@ -86,7 +86,7 @@ hetab_status hetab_number_check(hetab_context *ctx, const hetab_rule *rule, doub
 
 void hetab_number_format(double value, char text[HETAB_NUMBER_TEXT]) {
   locale_t callers = uselocale(get_c_locale());
-  double size = fabs(value), back = NAN;
+  double size = fabs(value), back = (double)NAN;
   bool plain = size >= 1e-4 && size < 1e15; /* 400, though 4e+02 is shorter to %g */
   for (int digits = 1; digits <= 17; digits++) {
     snprintf(text, HETAB_NUMBER_TEXT, "%.*g", digits, value);

@@ -89,8 +89,8 @@ static hetab_status scan(envelope *e, const hetab_point *points, size_t count, e
   }
   HETAB_TRY(evaluate(e, count * samples));
   for (size_t i = 0; i < count; i++) {
-    extremes[2 * i] = (extreme){.value = INFINITY, .sign = -1};
-    extremes[2 * i + 1] = (extreme){.value = -INFINITY, .sign = 1};
+    extremes[2 * i] = (extreme){.value = HUGE_VAL, .sign = -1};
+    extremes[2 * i + 1] = (extreme){.value = -HUGE_VAL, .sign = 1};
     for (size_t s = 0; s < samples; s++) {
       place_of(e, s, u);
       take(&extremes[2 * i], value_of(e, i * samples + s), u);

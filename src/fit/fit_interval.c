@@ -113,7 +113,7 @@ static void fill_estimates(const hetab_fit_curvature *c, hetab_fit *fit) {
     estimate_diffuse(c, t, g, &fit->estimates[n++]);
   fit->estimate_count = n;
   for (size_t i = 0; i < n; i++)
-    fit->estimates[i].bootstrap_low = fit->estimates[i].bootstrap_high = NAN;
+    fit->estimates[i].bootstrap_low = fit->estimates[i].bootstrap_high = (double)NAN;
 }
 
 /* ---- correlation ------------------------------------------------------------------------------

@@ -136,7 +136,7 @@ static hetab_status run(search *s, nlopt_algorithm algorithm, double tolerance, 
   nlopt_set_initial_step1(s->optimizer, FIRST_STEP);
   s->best.q = HUGE_VAL;
   s->best.spare = -HUGE_VAL;
-  s->at.x[0] = NAN;
+  s->at.x[0] = (double)NAN;
   nlopt_optimize(s->optimizer, x, &error); /* what it says is in s->best and the evaluations left */
   nlopt_destroy(s->optimizer);
   s->optimizer = NULL;

@@ -216,7 +216,7 @@ static hetab_predicted_point judged_point(size_t curve, const hetab_directions *
 static hetab_status fail_apart(const job *j, const hetab_measurements *m) {
   const hetab_directions *pairs = hetab_measurements_pairs(m);
   const double *lambda_um = hetab_measurements_lambda_um(m);
-  double first = INFINITY, last = 0;
+  double first = HUGE_VAL, last = 0;
   for (size_t i = 0; i < hetab_measurements_pair_count(m); i++) {
     first = fmin(first, hetab_degrees(pairs[i].theta_i));
     last = fmax(last, hetab_degrees(pairs[i].theta_i));

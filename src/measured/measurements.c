@@ -75,7 +75,7 @@ static hetab_status clean_values(hetab_context *ctx, hetab_measurements *m, doub
                         values[b], HETAB_MOST_BRDF);
     if (isinf(values[b])) {
       m->skipped.not_finite++;
-      values[b] = NAN;
+      values[b] = (double)NAN;
     }
     m->skipped.negative += values[b] < 0;
   }

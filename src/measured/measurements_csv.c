@@ -281,7 +281,7 @@ static hetab_status add_pair(table *t, size_t first, size_t end, double *values)
   hetab_sheet *sheet = t->sheet;
   hetab_measured_angles angles = angles_of(t, t->rows[first].numbers);
   for (size_t i = 0; i < sheet->wavelengths; i++)
-    values[i] = NAN;
+    values[i] = (double)NAN;
   for (size_t i = first; i < end; i++) {
     const double *found = bsearch(&t->rows[i].numbers[WAVELENGTH], sheet->lambda_um,
                                   sheet->wavelengths, sizeof *found, by_size);

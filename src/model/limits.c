@@ -1,12 +1,41 @@
 #include "model/limits.h"
 
 #include <math.h>
-#include <stdio.h>
+#include <stddef.h>
+#include <string.h>
+
+#include <hetab/host_model.h>
 
 typedef struct field {
   const char *name;
   double value, low, high;
 } field;
+
+/* What a point's numbers may be, one by one. */
+static const struct {
+  const char *name;
+  size_t offset;
+  double low, high;
+} numbers[] = {
+    {"lambda_um", offsetof(hetab_point, lambda_um), 1e-6, 1e6},
+    {"theta_i", offsetof(hetab_point, theta_i), 0.0, M_PI_2},
+    {"theta_r", offsetof(hetab_point, theta_r), 0.0, M_PI_2},
+    {"phi", offsetof(hetab_point, phi), -1e6, 1e6},
+    {"sigma0_um", offsetof(hetab_point, sigma0_um), 1e-9, 1e6},
+    {"tau_um", offsetof(hetab_point, tau_um), 1e-9, 1e6},
+    {"n", offsetof(hetab_point, n), 1e-6, 1e3},
+    {"k", offsetof(hetab_point, k), 0.0, 1e3},
+    {"diffuse_brdf", offsetof(hetab_point, diffuse_brdf), 0.0, 1e3},
+};
+enum { NUMBERS = sizeof numbers / sizeof *numbers };
+
+void hetab_point_limits(size_t offset, double *low, double *high) {
+  size_t i = 0;
+  while (i + 1 < NUMBERS && numbers[i].offset != offset)
+    i++;
+  *low = numbers[i].low;
+  *high = numbers[i].high;
+}
 
 /* sigma0 / lambda at most: beyond, amplitudes leave float's range; in tables g is up to 10^8 then,
  * and the literal reference, which they are checked against, loses its digits and its speed. */
@@ -14,24 +43,18 @@ static const double MOST_ROUGH_POINT = 3e6, MOST_ROUGH_TABLE = 1e3;
 
 /* NULL if all are within their ranges. tau / lambda: with both amplitudes stay in range. */
 static const field *first_outside(const hetab_point *p, double most_rough, field *out) {
-  const field fields[] = {
-      {"lambda_um", p->lambda_um, 1e-6, 1e6},
-      {"theta_i", p->theta_i, 0.0, M_PI_2},
-      {"theta_r", p->theta_r, 0.0, M_PI_2},
-      {"phi", p->phi, -1e6, 1e6},
-      {"sigma0_um", p->sigma0_um, 1e-9, 1e6},
-      {"tau_um", p->tau_um, 1e-9, 1e6},
-      {"n", p->n, 1e-6, 1e3},
-      {"k", p->k, 0.0, 1e3},
-      {"diffuse_brdf", p->diffuse_brdf, 0.0, 1e3},
-      {"sigma0 / lambda", p->sigma0_um / p->lambda_um, 1e-9, most_rough},
-      {"tau / lambda", p->tau_um / p->lambda_um, 1e-9, 1e8},
-  };
-  for (size_t i = 0; i < sizeof fields / sizeof *fields; i++)
-    if (!(fields[i].value >= fields[i].low && fields[i].value <= fields[i].high)) {
-      *out = fields[i];
-      return out;
+  field ratios[] = {{"sigma0 / lambda", p->sigma0_um / p->lambda_um, 1e-9, most_rough},
+                    {"tau / lambda", p->tau_um / p->lambda_um, 1e-9, 1e8}};
+  for (size_t i = 0; i < NUMBERS + 2; i++) {
+    if (i >= NUMBERS)
+      *out = ratios[i - NUMBERS];
+    else {
+      *out = (field){numbers[i].name, 0.0, numbers[i].low, numbers[i].high};
+      memcpy(&out->value, (const char *)p + numbers[i].offset, sizeof out->value);
     }
+    if (!(out->value >= out->low && out->value <= out->high))
+      return out;
+  }
   return NULL;
 }
 

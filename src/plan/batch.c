@@ -52,7 +52,7 @@ static hetab_status add_file(job *j, const char *ending) {
     return hetab_fail(j->ctx, HETAB_ERR_IO, "cannot read '%s/%s%s', which was just written",
                       j->folder, j->name, ending);
   double bytes = (double)json_integer_value(json_object_get(file, "bytes"));
-  j->result->table_bytes = j->result->bytes ? j->result->table_bytes : bytes;
+  j->result->table_bytes = j->result->bytes > 0.0 ? j->result->table_bytes : bytes;
   j->result->bytes += bytes;
   json_array_append_new(j->files, file);
   return HETAB_OK;

@@ -130,7 +130,7 @@ static hetab_status fit_budget(hetab_context *ctx, const job *job) {
   hetab_plan *plan = job->plan;
   double low = plan->asked_error, high = LARGEST_ERROR;
   HETAB_TRY(size_all(ctx, job, low));
-  if (!plan->memory_bytes || plan->bytes <= plan->memory_bytes)
+  if (plan->memory_bytes == 0.0 || plan->bytes <= plan->memory_bytes)
     return HETAB_OK;
   HETAB_TRY(size_all(ctx, job, high));
   if (plan->bytes > plan->memory_bytes)

@@ -35,7 +35,7 @@ static double thread_seconds(void) {
  * power of -3/2. The least of several that fall with the error falls with it, too. */
 void hetab_choose_wavelengths(const hetab_plan_counts *counts, double table_error,
                               hetab_plan_item *item) {
-  double least = INFINITY;
+  double least = HUGE_VAL;
   item->wavelengths = 3;
   item->wavelength_error = 0.0;
   for (size_t c = 0; c < counts->choices; c++) {

@@ -192,18 +192,26 @@ static void judge(search *s, int is_last) {
   }
 }
 
+/* Where the candidate before failed, a few slices tell of most that they fail too. */
 static hetab_status try_shape(search *s, const hetab_rgl_shape *shape, int is_last) {
+  size_t k = s->failing;
   double theta_i[MOST_THETA_I];
-  hetab_rgl_report report = {.target = s->target,
-                             .theta_i_count = shape->theta_i,
-                             .ndf_count = shape->ndf,
-                             .vndf_count = shape->vndf_theta,
-                             .resolution = shape->resolution};
+  s->report = (hetab_rgl_report){.target = s->target,
+                                 .theta_i_count = shape->theta_i,
+                                 .ndf_count = shape->ndf,
+                                 .vndf_count = shape->vndf_theta,
+                                 .resolution = shape->resolution};
   hetab_rgl_free(s->best);
   place_incidences(s->density, shape->theta_i, theta_i);
-  HETAB_TRY(build_at(s->ctx, s->source, theta_i, shape, &s->best));
-  HETAB_TRY(hetab_rgl_bytes(s->ctx, s->best, &report.bytes));
-  s->report = report;
+  HETAB_TRY(hetab_rgl_new(s->ctx, s->source, shape, theta_i, &s->best));
+  if (!is_last) {
+    HETAB_TRY(hetab_rgl_fill_about(s->ctx, s->source, s->best, s->trial.theta_i[k]));
+    hetab_rgl_trial_add(&s->trial, k, s->best, &s->report);
+    if (!serves(s, &s->report))
+      return HETAB_OK;
+  }
+  HETAB_TRY(hetab_rgl_fill(s->ctx, s->source, s->best));
+  HETAB_TRY(hetab_rgl_bytes(s->ctx, s->best, &s->report.bytes));
   judge(s, is_last);
   return HETAB_OK;
 }

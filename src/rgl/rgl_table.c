@@ -375,6 +375,29 @@ double hetab_rgl_slice_theta(const hetab_rgl *rgl, size_t k) {
   return theta - 0.25 * (theta - before);
 }
 
+/* values[channels][resolution][resolution]: what goes into slice k. */
+static hetab_status fill_slice(hetab_context *ctx, const hetab_rgl_source *source, hetab_rgl *rgl,
+                               size_t k, double *values) {
+  size_t count = source->channels * rgl->resolution * rgl->resolution;
+  hetab_blend own = {1, {k}, {1.0f}};
+  HETAB_TRY(hetab_rgl_spectra_at(ctx, source, rgl, &own, hetab_rgl_slice_theta(rgl, k), values));
+  for (size_t i = 0; i < count; i++)
+    rgl->spectra[k * count + i] = (float)values[i];
+  return HETAB_OK;
+}
+
+hetab_status hetab_rgl_fill_about(hetab_context *ctx, const hetab_rgl_source *source,
+                                  hetab_rgl *rgl, double theta_i) {
+  hetab_blend blend = hetab_rgl_blend(rgl, (float)theta_i, 0.0f);
+  double *slice =
+      hetab_alloc(ctx, source->channels, rgl->resolution * rgl->resolution * sizeof *slice);
+  hetab_status status = slice ? HETAB_OK : HETAB_ERR_MEMORY;
+  for (size_t k = 0; k < blend.count && status == HETAB_OK; k++)
+    status = fill_slice(ctx, source, rgl, blend.slice[k], slice);
+  free(slice);
+  return status;
+}
+
 hetab_status hetab_rgl_fill(hetab_context *ctx, const hetab_rgl_source *source, hetab_rgl *rgl) {
   size_t n = rgl->resolution, nodes = n * n, bad, values = source->channels * nodes;
   hetab_status status;
@@ -382,10 +405,7 @@ hetab_status hetab_rgl_fill(hetab_context *ctx, const hetab_rgl_source *source, 
   float *luminance = hetab_alloc(ctx, rgl->theta_i_count * nodes, sizeof *luminance);
   HETAB_GOTO(slice && luminance ? HETAB_OK : HETAB_ERR_MEMORY);
   for (size_t k = 0; k < rgl->theta_i_count; k++) {
-    hetab_blend own = {1, {k}, {1.0f}};
-    HETAB_GOTO(hetab_rgl_spectra_at(ctx, source, rgl, &own, hetab_rgl_slice_theta(rgl, k), slice));
-    for (size_t i = 0; i < values; i++)
-      rgl->spectra[k * values + i] = (float)slice[i];
+    HETAB_GOTO(fill_slice(ctx, source, rgl, k, slice));
     luminance_slice(source, slice, nodes, luminance + k * nodes);
   }
   hetab_warp_clear(&rgl->luminance);

@@ -22,6 +22,9 @@ hetab_status hetab_rgl_spectra_at(hetab_context *ctx, const hetab_rgl_source *so
 
 /* Fills spectra and luminance. */
 hetab_status hetab_rgl_fill(hetab_context *ctx, const hetab_rgl_source *source, hetab_rgl *rgl);
+/* Of the spectra, those that are read at this incidence, alone. */
+hetab_status hetab_rgl_fill_about(hetab_context *ctx, const hetab_rgl_source *source,
+                                  hetab_rgl *rgl, double theta_i);
 
 /* The incidence that slice k is made at. 90 degrees itself reflects nothing: its slice stands for
  * the last quarter of the interval. */

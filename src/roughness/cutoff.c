@@ -14,7 +14,7 @@ static const double worst_misfit = 0.05;
 
 static hetab_status choose_trials(hetab_context *ctx, const hetab_scan_list *list,
                                   hetab_cutoff_scan *scan) {
-  double low = 0, high = INFINITY;
+  double low = 0, high = HUGE_VAL;
   for (size_t i = 0; i < list->count; i++) {
     low = fmax(low, 10 * list->scans[i].spacing_um);
     high = fmin(high, (double)list->scans[i].count * list->scans[i].spacing_um / 3);
@@ -56,7 +56,7 @@ static void average_trials(hetab_cutoff_scan *scan, const size_t *counts) {
     double n = (double)counts[t];
     if (counts[t])
       scan->trials[kept++] = (hetab_cutoff_trial){trial.cutoff_um, trial.sigma_um / n,
-                                                  trial.tau_um / n, trial.slope / n, NAN};
+                                                  trial.tau_um / n, trial.slope / n, (double)NAN};
   }
   scan->count = kept;
 }

@@ -130,7 +130,7 @@ static size_t drop_outliers(double *z, size_t columns, size_t rows, double facto
     found += mark_outliers(z + row * columns, columns, limit, marked + row * columns);
   for (size_t i = 0; found && i < rows * columns; i++)
     if (marked[i])
-      z[i] = NAN;
+      z[i] = (double)NAN;
   return found;
 }
 

@@ -94,7 +94,7 @@ static hetab_status new_grid(const places *p, double step_um, hetab_heights **ou
   HETAB_TRY(hetab_heights_new(p->ctx, p->name, (size_t)llround(span) + 1, p->rows, out));
   (*out)->spacing_um = step_um;
   for (size_t i = 0; i < (*out)->columns * p->rows; i++)
-    (*out)->z_um[i] = NAN;
+    (*out)->z_um[i] = (double)NAN;
   return HETAB_OK;
 }
 

@@ -65,7 +65,7 @@ static bool fill(const axis axes[2], const double *x, const double *y, const dou
   }
   for (size_t i = 0; i < cells; i++)
     if (grid[i] == HUGE_VAL)
-      grid[i] = NAN;
+      grid[i] = (double)NAN;
   return true;
 }
 

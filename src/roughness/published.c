@@ -65,7 +65,7 @@ static hetab_status read_header(reader *r) {
   for (size_t i = 1; i < csv->columns; i++) {
     hetab_published_column *c = &r->table->columns[r->table->count++];
     for (int kind = 0; kind < HETAB_SUMMARIES; kind++)
-      c->stated[kind] = NAN;
+      c->stated[kind] = (double)NAN;
     if (!(c->name = copy_name(csv, csv->column[i].name)))
       return HETAB_ERR_MEMORY;
   }

@@ -232,7 +232,7 @@ static void point_at(const x3p_file *f, size_t i, double *x_um, double *z_um) {
     *z_um = 1e6 * (at[x->absolute + y->absolute] * unit + z->offset);
   }
   if (!isfinite(*z_um) || (f->valid && !(f->valid[i / 8] >> (i % 8) & 1)))
-    *z_um = NAN;
+    *z_um = (double)NAN;
 }
 
 /* Missing points of such a profile have no place either; they show as gaps. */

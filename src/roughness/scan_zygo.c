@@ -11,14 +11,14 @@ static const double invalid_phase = 2147483640.0; /* and above */
 /* Number `index` (from 0) of line `line` (from 1); NaN: none. */
 static double number_of(const char *text, int line, int index) {
   char word[64];
-  double value = NAN;
+  double value = (double)NAN;
   for (int i = 1; i < line && *text; i++) {
     text += strcspn(text, "\n");
     text += *text == '\n';
   }
   for (int i = 0; i <= index; i++)
     if (!hetab_next_word(&text, word, sizeof word))
-      return NAN;
+      return (double)NAN;
   return hetab_number_parse(word, &value) ? value : (double)NAN;
 }
 

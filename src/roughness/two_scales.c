@@ -94,10 +94,10 @@ hetab_status hetab_two_scales_fit(hetab_context *ctx, const double *cutoff_um,
   static const double factors[] = {1, 4};
   fit_data data = {cutoff_um, sigma_um, tau_um, count};
   const hetab_two_scales start = *scales;
-  double best = INFINITY;
+  double best = HUGE_VAL;
   for (size_t i = 0; i < sizeof factors / sizeof *factors; i++) {
     hetab_two_scales trial = start;
-    double least = INFINITY;
+    double least = HUGE_VAL;
     trial.tau_um[1] *= factors[i];
     HETAB_TRY(fit_from(ctx, &data, longest_um, &trial, &least));
     if (least < best) {

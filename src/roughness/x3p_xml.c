@@ -132,7 +132,7 @@ static void read_datum(x3p_parser *p) {
   if (*text || (count && count < width))
     stop(p, malformed(p, "a Datum has not as many numbers as there are absolute axes"));
   for (; count < width; count++)
-    values[count] = NAN;
+    values[count] = (double)NAN;
 }
 
 static void read_element(x3p_parser *p) {

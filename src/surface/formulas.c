@@ -91,7 +91,7 @@ double hetab_formula_at(int formula, const double *c, size_t count, double lambd
   case 9:
     return sqrt(exotic(c, lambda_um));
   default:
-    return NAN;
+    return (double)NAN;
   }
 }
 

@@ -66,7 +66,7 @@ hetab_status hetab_index_new(hetab_context *ctx, hetab_index_origin origin, cons
   }
   strcpy(copy, source);
   *index = (hetab_index){.origin = origin, .source = copy};
-  index->k.max_um = INFINITY;
+  index->k.max_um = HUGE_VAL;
   *out = index;
   return HETAB_OK;
 }
@@ -83,7 +83,7 @@ void hetab_index_free(hetab_index *index) {
 static hetab_status fill_constant(hetab_context *ctx, hetab_curve *curve, double value) {
   HETAB_TRY(hetab_curve_alloc(ctx, curve, 1));
   curve->values[0] = value;
-  curve->max_um = INFINITY;
+  curve->max_um = HUGE_VAL;
   return HETAB_OK;
 }
 

@@ -137,7 +137,7 @@ static bool to_nm(double um, double *nm) {
   snprintf(text, sizeof text, "%.12g", near);
   if (!hetab_number_parse(text, &round_near))
     round_near = near;
-  const double candidates[] = {round_near, near, nextafter(near, 0), nextafter(near, INFINITY)};
+  const double candidates[] = {round_near, near, nextafter(near, 0), nextafter(near, HUGE_VAL)};
   for (size_t i = 0; i < 4; i++) {
     *nm = candidates[i];
     if (*nm / 1000 == um)

@@ -146,7 +146,7 @@ static void put_surface(hetab_exr_file *file, const hetab_exr_layout *w,
   if (o->specular_cone > 0.0)
     hetab_exr_put_double(file, "specular_cone_deg", hetab_degrees(o->specular_cone));
   for (int i = 0; i < ERRORS; i++)
-    hetab_exr_put_double(file, error_names[i], NAN);
+    hetab_exr_put_double(file, error_names[i], (double)NAN);
 }
 
 static void put_axes(hetab_exr_file *file, const hetab_exr_layout *w, const axis_values *axes) {

@@ -19,13 +19,14 @@ import hetab
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
+from PIL import Image
 
 SIDE, SAMPLES, TAUS = 64, int((sys.argv[4:] or ["64"])[0]), 2  # of each metal
 
 
 def studio(d):
     """Radiance from directions d[..., 3]; z is up, y away from the camera."""
-    azimuth, height = numpy.degrees(numpy.arctan2(d[..., 0], -d[..., 1])), numpy.degrees(numpy.arcsin(d[..., 2]))
+    azimuth, height = numpy.degrees(numpy.arctan2(d[..., 0], -d[..., 1])), numpy.degrees(numpy.arcsin(numpy.clip(d[..., 2], -1, 1)))
     t = numpy.sqrt(numpy.maximum(d[..., 2:], 0))
     light = numpy.array([0.5, 0.53, 0.58]) * (1 - t) + numpy.array([0.05, 0.07, 0.12]) * t
     ground = d[..., :2] / numpy.minimum(d[..., 2:], -0.02)
@@ -103,6 +104,7 @@ def main():
         spine.set_visible(False)
     figure.text(0.5, 1 - 14 / height, "sigma0, um (rows: metal, tau in um)", color="0.8", ha="center", va="center", fontsize=9)
     figure.savefig(out, facecolor="0.11")
+    Image.open(out).convert("RGB").quantize(256).save(out, optimize=True)
     print(f"{out}: {len(rows) * len(sigma0s)} spheres")
 
 
