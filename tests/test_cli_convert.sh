@@ -20,6 +20,8 @@ works "MERL to RGL" convert a.binary a.bsdf --json
 check "JSON" json "d['from'] == 'merl' and d['to'] == 'rgl' and d['srgb_out'] is True and \
 0 <= d['error_l1'] < 0.01 and d['filled'] == 0"
 check "the specular reflectance is beside both" test -s a.specular.csv
+works "the same, told" convert a.binary a.bsdf --force
+check "says who loads it" has "^  loads in Mitsuba 3's rgb variants and powitacq_rgb\$"
 works "RGL to MERL" convert a.bsdf b.binary --quiet
 check "quiet" test ! -s out
 check "its size" test "$(stat -c %s b.binary)" = 34992012

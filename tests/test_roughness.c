@@ -155,6 +155,11 @@ static void test_other_filters(void **state) {
   }
   print_message("  pits: robust line off by %.4f, Gaussian by %.3f\n", worst, most);
   assert_true(worst < 0.02 && most > 0.1);
+  for (int i = 300; i < 500; i++)
+    z[i] -= 5; /* wider than the cut-off */
+  assert_ok(ctx, hetab_mean_line(ctx, HETAB_FILTER_ROBUST, z, POINTS, 0.2, 20, line, evaluated));
+  for (int i = 0; i < POINTS; i++)
+    assert_true(isfinite(line[i]));
 }
 
 /* ---- signals with known answers ------------------------------------------------------------- */
@@ -712,7 +717,7 @@ static const struct {
      "\"Unit\",\"um\"\r\n\"Reference data name\",\"\"\r\n\r\n\"Height\"\r\n"
      "\"1\",\"2\",\"\",\"4\"\r\n\"-1\",\"5\",\"6\",\"7\"\r\n",
      .map = true},
-    {"WSxM, ASCII XYZ (header as WSxM and its users' programs write it)",
+    {"WSxM, ASCII XYZ (Probe-Particle/ppafm, io.py, saveWSxM_2D)",
      "WSxM file copyright UAM\nWSxM ASCII XYZ file\nX[nm]\t\tY[nm]\t\tZ[nm]\n\n0\t0\t1000\n"
      "500\t0\t2000\n1000\t0\tnan\n1500\t0\t4000\n0\t250\t-1000\n500\t250\t5000\n"
      "1000\t250\t6000\n1500\t250\t7000\n",

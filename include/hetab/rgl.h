@@ -73,7 +73,7 @@ typedef struct hetab_rgl_report {
  * series in double, compared for every surface (2e-5 for the presets). 0.2 to 0.3 s of one core's
  * time at 1 %.
  * Error: the presets at the default, against the literal equations at other directions: L1 <= 1 %,
- * bias <= 0.33 %, 0.6 to 0.9 MB (tests/test_rgl.c). A needle (sigma0 0.05, tau 60 um) and a
+ * bias <= 0.33 %, 0.3 to 0.7 MB (tests/test_rgl.c). A needle (sigma0 0.05, tau 60 um) and a
  * sub-wavelength surface (0.02, 0.2) reach 1 % too. options and report may be NULL. */
 hetab_status hetab_tabulate_rgl(hetab_context *ctx, const hetab_surface *surface,
                                 const hetab_rgl_options *options, hetab_rgl **out,

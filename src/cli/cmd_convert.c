@@ -24,6 +24,7 @@ static void print_text(const request *r, const hetab_convert_report *report) {
   if (report->to != HETAB_FORMAT_RGL)
     printf(" (L1 %.2g %% if interpolated)", 100 * report->error_l1_interpolated);
   printf("\n");
+  printf("  loads in %s\n", cli_readers(report->to, !report->srgb_out));
   if (report->to == HETAB_FORMAT_H5 && report->error_l1 > 0.1)
     printf("  warning: the lobe falls between the nodes: %.2g times as many along each axis leave "
            "readers about 5 %%; .bsdf follows the lobe\n",

@@ -86,3 +86,14 @@ int cli_json_print(json_t *json) {
   json_decref(json);
   return CLI_OK;
 }
+
+const char *cli_readers(hetab_format format, int is_spectral) {
+  static const char *const readers[] = {
+      [HETAB_FORMAT_H5] = "hetab and whatever reads HDF5",
+      [HETAB_FORMAT_MERL] = "readers of the MERL database",
+      [HETAB_FORMAT_RGL] = "Mitsuba 3's rgb variants and powitacq_rgb",
+      [HETAB_FORMAT_EXR] = "OpenEXR readers that know several parts"};
+  return format == HETAB_FORMAT_RGL && is_spectral
+             ? "pbrt-v4, powitacq and Mitsuba 3's spectral variants"
+             : readers[format];
+}

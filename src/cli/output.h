@@ -22,6 +22,9 @@ int cli_text_begin(cli_text *text);
 int cli_text_save(cli_text *text, hetab_context *ctx, const char *path, int overwrite);
 void cli_text_free(cli_text *text); /* fine after save, and on a zeroed one */
 
+/* Who reads such a file: what tests/test_cli_rgl.sh and tests/renderers check, and no more. */
+const char *cli_readers(hetab_format format, int is_spectral);
+
 /* A JSON string, whatever the bytes; control and non-UTF-8 bytes become '?'. */
 json_t *cli_json_text(const char *text);
 /* JSON has no NaN: null for what is not finite. */

@@ -48,30 +48,24 @@ static json_t *specular_json(const tabulate_job *job, size_t i) {
   return json;
 }
 
-/* Who reads the file: what tests/test_cli_rgl.sh and tests/renderers check, and no more. */
-static const char *readers_of(const tabulate_job *job, hetab_format format) {
-  static const char *const readers[] = {
-      [HETAB_FORMAT_H5] = "hetab and whatever reads HDF5",
-      [HETAB_FORMAT_MERL] = "readers of the MERL database",
-      [HETAB_FORMAT_RGL] = "Mitsuba 3's rgb variants and powitacq_rgb; for pbrt-v4 take --for pbrt",
-      [HETAB_FORMAT_EXR] = "OpenEXR readers that know several parts"};
-  if (format == HETAB_FORMAT_RGL && job->rgl.bands == HETAB_RGL_SPECTRAL)
-    return "pbrt-v4, powitacq and Mitsuba 3's spectral variants";
-  return readers[format];
+static int is_spectral(const tabulate_job *job) {
+  return job->rgl.bands == HETAB_RGL_SPECTRAL;
 }
 
 /* Readers of spectra ask for 360 to 830 nm, and repeat the outer bands where there are none. */
-static const char *beyond_bands(const tabulate_job *job, hetab_format format) {
+static const char *readers_remark(const tabulate_job *job, hetab_format format) {
   const hetab_band *bands = hetab_surface_bands(job->surface);
   size_t last = hetab_surface_band_count(job->surface) - 1;
   int is_short = bands[0].lambda_um > 0.3601 || bands[last].lambda_um < 0.8299;
-  return format == HETAB_FORMAT_RGL && job->rgl.bands == HETAB_RGL_SPECTRAL && is_short
+  if (format != HETAB_FORMAT_RGL || (is_spectral(job) && !is_short))
+    return "";
+  return is_spectral(job)
              ? ", where outer bands stand for all beyond (--wavelengths 360:830:10 has them)"
-             : "";
+             : "; for pbrt-v4 take --for pbrt";
 }
 
 static const char *bands_name(const tabulate_job *job) {
-  return job->rgl.bands == HETAB_RGL_SPECTRAL ? "spectral" : "rgb";
+  return is_spectral(job) ? "spectral" : "rgb";
 }
 
 static json_t *rgl_json(const tabulate_job *job, const hetab_rgl_report *r) {
@@ -93,7 +87,8 @@ static json_t *output_json(const tabulate_job *job, size_t i) {
       rate(report->entries, report->kernel_seconds), "error", cli_json_error(&report->error),
       "specular", specular_json(job, i));
   if (json)
-    json_object_set_new(json, "loads_in", json_string(readers_of(job, output->format)));
+    json_object_set_new(json, "loads_in",
+                        json_string(cli_readers(output->format, is_spectral(job))));
   if (json && output->format == HETAB_FORMAT_MERL)
     json_object_set_new(json, "clamped", json_integer((json_int_t)report->clamped));
   if (json && (output->format == HETAB_FORMAT_H5 || output->format == HETAB_FORMAT_EXR))
@@ -234,7 +229,8 @@ static void print_notes(const tabulate_job *job, size_t i) {
            r->saturated);
   if (r->format == HETAB_FORMAT_MERL && r->report.clamped)
     printf("%s: %zu cells out of gamut: negative values set to 0\n", path, r->report.clamped);
-  printf("%s: loads in %s%s\n", path, readers_of(job, r->format), beyond_bands(job, r->format));
+  printf("%s: loads in %s%s\n", path, cli_readers(r->format, is_spectral(job)),
+         readers_remark(job, r->format));
 }
 
 static void print_engine(const tabulate_job *job) {

@@ -6,6 +6,7 @@
 
 /* ISO 16610-31: residuals beyond 4.4478 times their median size count for nothing. */
 static const double BEYOND = 4.4478, SETTLED = 1e-4;
+static const double LEAST_TRUST = 1e-6; /* a pit wider than the cut-off has a line, too */
 enum { MOST_ROUNDS = 50 };
 
 const char *hetab_filter_name(hetab_filter filter) {
@@ -41,7 +42,7 @@ void hetab_line_filter_free(hetab_line_filter *filter) {
 /* Tukey's weight of a residual. */
 static double trust(double residual, double beyond) {
   double part = 1 - residual * residual / (beyond * beyond);
-  return part > 0 ? part * part : 0;
+  return part > 0 ? fmax(part * part, LEAST_TRUST) : LEAST_TRUST;
 }
 
 /* line_um: what the heights' weights follow from; NULL: all are 1. */
