@@ -140,6 +140,9 @@ mkdir folder.h5 locked
 refuses "existing h5" 1 "old.h5 exists.*--force" tabulate BBQAL2 -o old.h5
 refuses "existing second output" 1 "old.binary exists" tabulate BBQAL2 -o new.h5 -o old.binary
 refuses "existing specular file" 1 "lone.specular.csv exists" tabulate BBQAL2 -o lone.binary
+works "the same beside another format" tabulate BBQAL2 -o pair.bsdf --quiet
+works "its specular file serves both" tabulate BBQAL2 -o pair.binary --samples 0 --quiet
+refuses "an option of no output" 2 "--theta-i is for .h5 and .exr outputs" tabulate BBQAL2 -o o.bsdf --theta-i 0
 refuses "unknown extension" 2 "a.png: .*\.h5, \.hdf5, \.exr, \.binary or \.bsdf" tabulate BBQAL2 -o a.png
 refuses "only an extension" 2 "ends in" tabulate BBQAL2 -o .h5
 refuses "same output twice" 2 "twice" tabulate BBQAL2 -o n.h5 -o ./n.h5

@@ -165,6 +165,12 @@ check "the delta is in the tables" sh -c 'test ! -e pbrt/NGGAL.specular.csv && g
 check "spectra" grep -qa wavelengths pbrt/NGGAL.bsdf
 check "materials" grep -q 'MakeNamedMaterial "NGGAL" "string type" "measured" "string filename" "NGGAL.bsdf"' pbrt/scene.pbrt
 
+# the overview of a batch that is not done
+works_loud "one of three" batch two.yml -o some --only NGGAL --quiet
+works_loud "what there is" batch two.yml -o some --report --quiet
+check "what is missing is said" grep -q '<td>BBQAL2</td><td class="b FAIL">missing' some/index.html
+check "and what is there" grep -q '<td>NGGAL</td><td class="b PASS">pass' some/index.html
+
 # so rough that only the slope counts
 scene rough.yml 'surfaces:' '  - {name: a, sigma0_um: 16, tau_um: 160, index: Al}' \
   '  - {name: b, sigma0_um: 24, tau_um: 240, index: Al}' '  - {name: c, sigma0_um: 0.5, tau_um: 5, index: Al}' \

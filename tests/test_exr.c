@@ -157,7 +157,7 @@ static void channel_name(size_t wavelength, char *name) {
 
 static void spectral(void **state) {
   hetab_context *ctx = ((fixture *)*state)->ctx;
-  static const char *const parts[] = {"theta_i_00.00deg", "theta_i_30.50deg", "theta_i_90.00deg"};
+  static const char *const parts[] = {"theta_i_00_00deg", "theta_i_30_50deg", "theta_i_90_00deg"};
   for (hetab_precision precision = HETAB_FLOAT; precision <= HETAB_DOUBLE; precision++) {
     float values[BLOCK], rho[THETA_I];
     char name[32];
@@ -189,7 +189,7 @@ static void by_wavelength(void **state) {
   for (size_t w = 0; w < BANDS; w++) {
     char name[32], part[32];
     channel_name(w, name);
-    sprintf(part, "wavelength_%zu.00nm", 400 + 10 * w);
+    sprintf(part, "wavelength_%zu_00nm", 400 + 10 * w);
     assert_int_equal(read_part(exr, part, name, PHI, THETA_I * THETA_R, values), w);
     for (size_t p = 0; p < THETA_I * BLOCK; p++)
       assert_true(values[p] == (float)value_at(w, p / BLOCK, p % BLOCK));
@@ -215,8 +215,8 @@ static void half(void **state) {
     char name[32];
     channel_name(w, name);
     for (size_t i = 0; i < THETA_I; i++) {
-      static const char *const parts[] = {"theta_i_00.00deg", "theta_i_30.50deg",
-                                          "theta_i_90.00deg"};
+      static const char *const parts[] = {"theta_i_00_00deg", "theta_i_30_50deg",
+                                          "theta_i_90_00deg"};
       read_part(exr, parts[i], name, PHI, THETA_R, values);
       for (size_t p = 0; p < BLOCK; p++) {
         double exact = value_at(w, i, p), kept = fmin(exact, 65504);
@@ -248,7 +248,7 @@ static void colour(void **state) {
   close_job(&job);
   exr_context_t exr = open_exr("a.exr");
   for (int c = 0; c < 3; c++) {
-    read_part(exr, "theta_i_30.50deg", channels[c], PHI, THETA_R, plane[c]);
+    read_part(exr, "theta_i_30_50deg", channels[c], PHI, THETA_R, plane[c]);
     for (size_t p = 0; p < BLOCK; p++)
       assert_true(fabs((double)(plane[c][p] / grey[p]) - 1) < 2e-6); /* measured 6e-7 */
   }
@@ -277,22 +277,22 @@ static void attributes(void **state) {
   assert_ok(ctx, commit(ctx, &job));
   close_job(&job);
   exr_context_t exr = open_exr("a.exr");
-  for (int p = 0; p <= THETA_I; p++) {
-    assert_int_equal(exr_attr_get_double(exr, p, "sigma0_um", &number), EXR_ERR_SUCCESS);
-    assert_true(number == 0.54);
-    assert_int_equal(exr_attr_get_double(exr, p, "error_max_sampled", &number), EXR_ERR_SUCCESS);
-    assert_true(number == 3e-6);
-    assert_int_equal(exr_attr_get_double(exr, p, "error_compared", &number), EXR_ERR_SUCCESS);
-    assert_true(number == 12);
-    assert_int_equal(exr_attr_get_string(exr, p, "device", &length, &text), EXR_ERR_SUCCESS);
-    assert_string_equal(text, "abacus");
-    assert_int_equal(exr_attr_get_string(exr, p, "method", &length, &text), EXR_ERR_SUCCESS);
-    assert_string_equal(text, "series");
-    assert_int_equal(exr_attr_get_float_vector(exr, p, "theta_i_deg", &length, &vector),
-                     EXR_ERR_SUCCESS);
-    assert_int_equal(length, THETA_I);
-    assert_true(vector[1] == 30.5f);
-  }
+  assert_int_not_equal(exr_attr_get_double(exr, 1, "sigma0_um", &number), EXR_ERR_SUCCESS);
+  /* once: readers show the first part's */
+  assert_int_equal(exr_attr_get_double(exr, 0, "sigma0_um", &number), EXR_ERR_SUCCESS);
+  assert_true(number == 0.54);
+  assert_int_equal(exr_attr_get_double(exr, 0, "error_max_sampled", &number), EXR_ERR_SUCCESS);
+  assert_true(number == 3e-6);
+  assert_int_equal(exr_attr_get_double(exr, 0, "error_compared", &number), EXR_ERR_SUCCESS);
+  assert_true(number == 12);
+  assert_int_equal(exr_attr_get_string(exr, 0, "device", &length, &text), EXR_ERR_SUCCESS);
+  assert_string_equal(text, "abacus");
+  assert_int_equal(exr_attr_get_string(exr, 0, "method", &length, &text), EXR_ERR_SUCCESS);
+  assert_string_equal(text, "series");
+  assert_int_equal(exr_attr_get_float_vector(exr, 0, "theta_i_deg", &length, &vector),
+                   EXR_ERR_SUCCESS);
+  assert_int_equal(length, THETA_I);
+  assert_true(vector[1] == 30.5f);
   assert_int_equal(exr_attr_get_double(exr, 1, "part_theta_i_deg", &number), EXR_ERR_SUCCESS);
   assert_true(number == 30.5);
   exr_finish(&exr);

@@ -1,11 +1,11 @@
 /* OpenEXR tables (.exr): a dense table as a multi-part scan-line image, ZIP-compressed, that a
  * shader samples as a texture and a person looks at. Written whole or not at all.
  *
- *   parts by theta_i (default): one part for each theta_i, "theta_i_30.00deg"; row = index of
+ *   parts by theta_i (default): one part for each theta_i, "theta_i_30_00deg"; row = index of
  *     theta_r, column = index of phi. Channels: R G B (linear sRGB under D65: the surface's
  *     spectrum, weighted; negative where the colour is outside the gamut), or one for each
  *     wavelength.
- *   parts by wavelength: one part for each wavelength, "wavelength_550.00nm"; row = index of
+ *   parts by wavelength: one part for each wavelength, "wavelength_550_00nm"; row = index of
  *     theta_i * theta_r's count + index of theta_r, column = index of phi; one channel.
  *   last part, "specular_reflectance": one row, column = index of theta_i, the same channels (all
  *     wavelengths' where the parts are by wavelength): rho_s, the weight of the delta.
@@ -14,12 +14,12 @@
  * in Fichet, Pacanowski & Wilkie, An OpenEXR Layout for Spectral Images, JCGT 10(3), 2021.
  * Pixels are dd + ud in 1/sr, no cosine, the specular delta not in them.
  *
- * Attributes of every part: surface, index_source, hetab_version, method, precision, device,
+ * Attributes of the first part: surface, index_source, hetab_version, method, precision, device,
  * quantity, units (string); sigma0_um, tau_um, tolerance, error_max_sampled,
  * error_share_above, error_p99_rel, error_rms_rel, error_max_abs_below_floor, error_samples,
  * error_compared (double; the errors are those of the spectral values, before colour and rounding,
  * NaN if none were measured); wavelength_nm, n, k, uniform_diffuse, theta_i_deg, theta_r_deg,
- * phi_deg (floatvector); chromaticities, where the channels are R G B. Of a part by theta_i also
+ * phi_deg (floatvector); chromaticities, where the channels are R G B. Of each part by theta_i
  * part_theta_i_deg, of one by wavelength part_wavelength_nm (double). Parts share one display
  * window, as the format wants.
  */

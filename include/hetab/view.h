@@ -72,7 +72,7 @@ void hetab_view_lobe_theta_r(const hetab_view *view, size_t i, float *theta_r);
 /* The page, 8-bit sRGB. Whole or not at all. */
 hetab_status hetab_view_save_png(hetab_context *ctx, const hetab_view *view, const char *path,
                                  int overwrite);
-/* The data, linear, float: parts sphere, map_theta_i_30.00deg, ..., and lobe_theta_i_30.00deg, ...
+/* The data, linear, float: parts sphere, map_theta_i_30_00deg, ..., and lobe_theta_i_30_00deg, ...
  * (one row; channels R G B and theta_r_deg); with more decimals where angles are closer than 0.01
  * degrees. */
 hetab_status hetab_view_save_exr(hetab_context *ctx, const hetab_view *view, const char *path,

@@ -205,7 +205,7 @@ const cli_command cli_view = {
         "logarithmic scale, and a sphere under two white lights and a dome, the specular delta "
         "included where it is known.\n\n"
         "A .png is one page. A .exr holds the numbers: parts sphere (radiance), "
-        "map_theta_i_30.00deg and lobe_theta_i_30.00deg (1/sr) and so on, in linear sRGB, or with "
+        "map_theta_i_30_00deg and lobe_theta_i_30_00deg (1/sr) and so on, in linear sRGB, or with "
         "--wavelength the same number in R, G and B.\n\nA .html is one file that explores the "
         "model of SURFACE in a "
         "browser with WebGL 2: sliders for all parameters, a lit sphere, lobes and reflectances.",

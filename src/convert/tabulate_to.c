@@ -131,9 +131,11 @@ static hetab_status add_outputs(job *job, const char *const *paths, size_t count
   for (size_t i = 0; i < count; i++)
     HETAB_TRY(add_output(job, paths[i]));
   for (size_t i = 0; i < count; i++) {
-    HETAB_TRY(hetab_output_check(job->ctx, paths[i], job->options.overwrite));
-    if (job->outputs[i].specular)
-      HETAB_TRY(hetab_output_check(job->ctx, job->outputs[i].specular, job->options.overwrite));
+    const output *o = &job->outputs[i];
+    int overwrite = job->options.overwrite;
+    HETAB_TRY(hetab_output_check(job->ctx, paths[i], overwrite));
+    if (o->specular) /* the same one may be there, of a table of another format */
+      HETAB_TRY(hetab_output_check(job->ctx, o->specular, overwrite || !is_folded(job, o)));
   }
   return HETAB_OK;
 }

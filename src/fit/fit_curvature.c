@@ -158,7 +158,7 @@ void hetab_fit_invert(hetab_fit_curvature *c) {
 }
 
 /* One pair's share of the score, its residuals enlarged by 1 / (1 - leverage). */
-static void pair_score(hetab_fit_curvature *c, size_t pair) {
+static void pair_score(const hetab_fit_curvature *c, size_t pair) {
   size_t columns[HETAB_FIT_MOST_FREE + 1], bands = c->p->data.bands;
   double row[HETAB_FIT_MOST_FREE + 1], slope;
   memset(c->score, 0, c->size * sizeof *c->score);
@@ -227,4 +227,25 @@ double hetab_fit_follows(const hetab_fit_curvature *c, hetab_fit_quantity quanti
 
 double hetab_fit_freedom(const hetab_fit_curvature *c) {
   return (double)c->p->data.count - (double)c->moving - 1;
+}
+
+/* Of shares s = sigma^2 chi^2 sum(s)^2 and sum(s^2) are S^2 + 2 Q and 3 Q on average, with the sums
+ * S of sigma^2 and Q of sigma^4; Satterthwaite's number is S^2 / Q. */
+double hetab_fit_freedom_along(const hetab_fit_curvature *c, const double *direction) {
+  double sum = 0.0, squares = 0.0, *from = c->scratch;
+  for (size_t a = 0; a < c->size; a++) {
+    from[a] = 0.0;
+    for (size_t b = 0; b < c->size; b++)
+      from[a] += c->inverse[a * c->size + b] * direction[b];
+  }
+  for (size_t pair = 0; pair < c->p->data.count; pair++) {
+    double move = 0.0;
+    pair_score(c, pair);
+    for (size_t a = 0; a < c->size; a++)
+      move += from[a] * c->score[a];
+    sum += move * move;
+    squares += pow(move, 4.0);
+  }
+  double few = squares > 0.0 ? 3.0 * sum * sum / squares - 2.0 : HUGE_VAL;
+  return fmin(fmax(few, 1.0), hetab_fit_freedom(c));
 }

@@ -51,6 +51,9 @@ double hetab_fit_follows(const hetab_fit_curvature *c, hetab_fit_quantity quanti
                          hetab_fit_quantity from);
 /* Degrees of freedom: residuals of one pair are not independent. */
 double hetab_fit_freedom(const hetab_fit_curvature *c);
+/* The same of the variance along a direction[size]: where few pairs say most, their residuals are
+ * few to take a variance from. */
+double hetab_fit_freedom_along(const hetab_fit_curvature *c, const double *direction);
 
 /* Widens the estimates' intervals where the profile says so (fit_profile.c). */
 hetab_status hetab_fit_check_profiles(hetab_fit_curvature *c, hetab_fit *fit);

@@ -32,6 +32,16 @@ static double log_error(const hetab_fit_curvature *c, hetab_fit_quantity quantit
   return sqrt(fmax(variance, 0));
 }
 
+/* Half the interval's width, in standard errors; `direction` is of the room in scratch's second
+ * half. */
+static double quantile(const hetab_fit_curvature *c, hetab_fit_quantity quantity) {
+  double *direction = &c->scratch[c->size];
+  memset(direction, 0, c->size * sizeof *direction);
+  for (size_t m = 0; m < c->moving; m++)
+    direction[m] = follows_moving(c, quantity, m);
+  return hetab_student_95(hetab_fit_freedom_along(c, direction));
+}
+
 static hetab_fit_end end_of(const hetab_fit_curvature *c, hetab_fit_quantity quantity) {
   const hetab_fit_parameter *o = &c->p->options.parameters[quantity];
   if (c->p->apart && quantity == HETAB_FIT_SIGMA0)
@@ -57,10 +67,10 @@ static double reach(const hetab_fit_curvature *c, hetab_fit_quantity quantity, i
   return sum;
 }
 
-static void estimate_quantity(const hetab_fit_curvature *c, double t, hetab_fit_quantity quantity,
+static void estimate_quantity(const hetab_fit_curvature *c, hetab_fit_quantity quantity,
                               hetab_fit_estimate *e) {
   const hetab_fit_parameter *o = &c->p->options.parameters[quantity];
-  double error = t * log_error(c, quantity);
+  double error = quantile(c, quantity) * log_error(c, quantity);
   *e = (hetab_fit_estimate){.quantity = quantity, .value = c->best->value[quantity]};
   e->end = end_of(c, quantity);
   e->undetermined = !(error <= HETAB_FIT_WIDE) || is_singular(c, quantity);
@@ -106,9 +116,9 @@ static void fill_estimates(const hetab_fit_curvature *c, hetab_fit *fit) {
   double t = hetab_student_95(hetab_fit_freedom(c));
   size_t n = 0;
   for (int q = HETAB_FIT_SLOPE; q <= HETAB_FIT_TAU; q++)
-    estimate_quantity(c, t, (hetab_fit_quantity)q, &fit->estimates[n++]);
+    estimate_quantity(c, (hetab_fit_quantity)q, &fit->estimates[n++]);
   if (c->p->options.parameters[HETAB_FIT_N].free)
-    estimate_quantity(c, t, HETAB_FIT_N, &fit->estimates[n++]);
+    estimate_quantity(c, HETAB_FIT_N, &fit->estimates[n++]);
   for (size_t g = 0; g < c->p->groups; g++)
     estimate_diffuse(c, t, g, &fit->estimates[n++]);
   fit->estimate_count = n;

@@ -53,9 +53,9 @@ INLINE int32_t root_cell(float x, int count) {
   return cell_of(sqrtf(sqrtf(x)) * (float)(count - 1), count);
 }
 
-/* v as ln f is linear in it: nearly the tangent's square. */
-INLINE float tangent2(float v) {
-  return v / (1.005f - v);
+/* Of v / (1.005 - v), nearly the tangent's square, in which ln f is linear. */
+INLINE float tangent2_fraction(float v, float low, float high) {
+  return limited((v - low) * (1.005f - high) / ((high - low) * (1.005f - v)), 1);
 }
 
 /* In two loops, of which compilers make vectors. */
@@ -78,8 +78,7 @@ INLINE void locate(const pairs *p, int lanes, block *b) {
     float fk = (float)k;
     int32_t h = root_cell(v[l], HETAB_LATTICE_H), d = root_cell(c2[l], HETAB_LATTICE_D);
     float fh = (float)h, fd = (float)d;
-    b->h[l] = fraction(tangent2(v[l]), tangent2(fourth(fh * scale_h)),
-                       tangent2(fourth((fh + 1) * scale_h)));
+    b->h[l] = tangent2_fraction(v[l], fourth(fh * scale_h), fourth((fh + 1) * scale_h));
     b->d[l] = fraction(c2[l], fourth(fd * scale_d), fourth((fd + 1) * scale_d));
     b->q[l] = fraction(q[l] * q[l], q2_at(fk), q2_at(fk + 1));
     b->node[l] = (h * HETAB_LATTICE_D + d) * HETAB_LATTICE_Q + k;

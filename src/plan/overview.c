@@ -119,7 +119,10 @@ hetab_status hetab_batch_finish(hetab_context *ctx, const hetab_scene *scene,
   json_t *records = json_array();
   for (size_t i = 0; i < scene->count; i++) {
     json_t *record = hetab_record_load(ctx, scene, i, folder);
-    json_array_append_new(records, record ? record : json_object());
+    if (!record) /* the overview of what there is so far */
+      record = json_pack("{ss ss}", "surface", hetab_surface_name(scene->surfaces[i]), "verdict",
+                         "missing");
+    json_array_append_new(records, record);
   }
   hetab_status status = write_manifest(ctx, records, folder);
   if (status == HETAB_OK)

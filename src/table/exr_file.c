@@ -95,6 +95,8 @@ void hetab_exr_part_name(const char *prefix, const char *unit, const double *val
   int decimals = gap < 0.01 ? (int)fmin(ceil(-log10(gap)) + 1, 15) : 2;
   int width = snprintf(NULL, 0, "%.*f", decimals, values[count - 1]);
   snprintf(name, HETAB_EXR_NAME, "%s%0*.*f%s", prefix, width, decimals, values[i], unit);
+  for (char *dot = name; (dot = strchr(dot, '.'));) /* which part layers and views for readers */
+    *dot = '_';
 }
 
 /* ---- the header ---------------------------------------------------------------------------- */

@@ -85,7 +85,7 @@ void hetab_exr_layout_clear(hetab_exr_layout *w) {
 
 /* ---- attributes ---------------------------------------------------------------------------- */
 
-/* Every part's; as floats, for OpenEXR has no vectors of doubles. */
+/* The first part's; as floats, for OpenEXR has no vectors of doubles. */
 typedef struct axis_values {
   float *wavelength_nm, *n, *k, *diffuse, *deg[HETAB_AXIS_COUNT];
 } axis_values;
@@ -157,6 +157,10 @@ static void put_axes(hetab_exr_file *file, const hetab_exr_layout *w, const axis
   hetab_exr_put_vector(file, "theta_i_deg", axes->deg[HETAB_THETA_I], w->count[HETAB_THETA_I]);
   hetab_exr_put_vector(file, "theta_r_deg", axes->deg[HETAB_THETA_R], w->count[HETAB_THETA_R]);
   hetab_exr_put_vector(file, "phi_deg", axes->deg[HETAB_PHI], w->count[HETAB_PHI]);
+}
+
+/* What the format, or the spectral layout, wants in every part. */
+static void put_colour(hetab_exr_file *file, const hetab_exr_layout *w) {
   if (w->options.bands == HETAB_EXR_RGB)
     hetab_exr_put_chromaticities(file);
   else
@@ -236,6 +240,9 @@ hetab_status hetab_exr_put_header(hetab_context *ctx, hetab_exr_file *file,
       put_table_part(file, w, &part, values[i]);
     else
       put_specular_part(file, w);
+    put_colour(file, w);
+    if (i > 0)
+      continue;
     put_surface(file, w, surface);
     put_axes(file, w, &axes);
   }

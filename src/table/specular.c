@@ -220,6 +220,18 @@ static void write_rows(FILE *stream, const double *lambda_um, size_t count, bool
     }
 }
 
+/* Whether the file under a path is this text already. */
+static bool is_there(const char *path, const char *text, size_t size) {
+  FILE *stream = fopen(path, "rb");
+  bool same = stream != NULL;
+  for (size_t i = 0; same && i < size; i++)
+    same = getc(stream) == (unsigned char)text[i];
+  same = same && getc(stream) == EOF;
+  if (stream)
+    fclose(stream);
+  return same;
+}
+
 hetab_status hetab_specular_save(hetab_context *ctx, const char *path, const double *lambda_um,
                                  size_t count, bool are_channels, const double *rho,
                                  int overwrite) {
@@ -229,9 +241,11 @@ hetab_status hetab_specular_save(hetab_context *ctx, const char *path, const dou
   if (!stream)
     return hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for '%s'", path);
   write_rows(stream, lambda_um, count, are_channels, rho);
-  hetab_status status = fclose(stream) == 0
-                            ? hetab_text_save(ctx, path, text, size, overwrite)
-                            : hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for '%s'", path);
+  hetab_status status = HETAB_OK;
+  if (fclose(stream))
+    status = hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for '%s'", path);
+  else if (overwrite || !is_there(path, text, size))
+    status = hetab_text_save(ctx, path, text, size, overwrite);
   free(text);
   return status;
 }

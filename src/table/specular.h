@@ -18,9 +18,10 @@ typedef struct hetab_specular_table {
 /* /specular_reflectance of a table of ours. */
 hetab_status hetab_specular_of_h5(hetab_context *ctx, hetab_h5_table *table, const char *path,
                                   hetab_specular_table *specular);
-/* The file under a path, whole or not at all: rho[wavelength][HETAB_SPECULAR_ANGLES]; what is below
- * 1e-30 becomes 0. Wavelengths, one or three, that are a table's channels rather than a spectrum
- * are marked by a fourth column `channel`: mono, or r, g, b. */
+/* The file under a path, whole or not at all, unless the very same is there:
+ * rho[wavelength][HETAB_SPECULAR_ANGLES]; what is below 1e-30 becomes 0. Wavelengths, one or three,
+ * that are a table's channels rather than a spectrum are marked by a fourth column `channel`: mono,
+ * or r, g, b. */
 enum { HETAB_SPECULAR_ANGLES = 91 }; /* every degree */
 hetab_status hetab_specular_save(hetab_context *ctx, const char *path, const double *lambda_um,
                                  size_t count, bool are_channels, const double *rho, int overwrite);

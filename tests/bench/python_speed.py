@@ -48,7 +48,6 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         for name in ("table.h5", "table.binary", "table.bsdf"):
             path = os.path.join(folder, name)
-            surface.wavelengths_um = [0.45, 0.55, 0.65]
             hetab.tabulate_to(surface, path)
             table, wi, wo = hetab.open_table(path), directions(random), directions(random)
             value, density = numpy.empty((COUNT, table.channels), "f4"), numpy.empty(COUNT, "f4")

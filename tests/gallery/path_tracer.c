@@ -9,7 +9,7 @@
 #include <hetab/lookup.h>
 
 typedef float vec __attribute__((vector_size(16)));
-enum { WIDTH = 1120, HEIGHT = 360, MOST = 9, FLOOR = 0, LAMP = MOST, SKY, DEPTH = 8 };
+enum { WIDTH = 1400, HEIGHT = 450, MOST = 9, FLOOR = 0, LAMP = MOST, SKY, DEPTH = 8 };
 static hetab_lookup *tables[MOST];
 static int count;
 static const vec lamp = {-1.5f, -3, 7}, lamp_light = {22, 20, 17}, half = {3, 1, 0}; /* its sides */
@@ -27,7 +27,7 @@ static float uniform(uint64_t *state) {
 }
 static vec sky(vec d) {
   float t = sqrtf(fmaxf(d[2], 0));
-  return (vec){0.55f, 0.6f, 0.7f} * (1 - t) + (vec){0.1f, 0.16f, 0.3f} * t;
+  return (vec){0.7f, 0.76f, 0.86f} * (1 - t) + (vec){0.16f, 0.26f, 0.48f} * t;
 }
 
 /* What the ray meets first, a little above where, and the normal there. */
@@ -89,7 +89,7 @@ static vec trace(vec o, vec d, uint64_t *random) {
 }
 
 static uint8_t encode(float v) { /* a shoulder for what is brighter than white, and sRGB's curve */
-  v = 1 - expf(-1.3f * v);
+  v = 1 - expf(-1.5f * v);
   return (uint8_t)(255 * (v < 0.0031308f ? 12.92f * v : 1.055f * powf(v, 1 / 2.4f) - 0.055f) +
                    0.5f);
 }
@@ -115,7 +115,7 @@ int main(int argc, char **argv) {
       float y = (0.5f * HEIGHT - (float)(i / WIDTH) - uniform(&random)) / WIDTH;
       vec d = unit(ahead + (vec){x, -ahead[2] * y, ahead[1] * y} * 1.15f);
       vec one = trace(eye, d, &random); /* less of a caustic's stray sparks */
-      light += one / (float)samples * fminf(1, 12 / (one[0] + one[1] + one[2] + 1e-9f));
+      light += one / (float)samples * fminf(1, 6 / (one[0] + one[1] + one[2] + 1e-9f));
     }
     for (int c = 0; c < 3; c++)
       picture[i / WIDTH][i % WIDTH][c] = encode(light[c]);
