@@ -568,8 +568,8 @@ static void test_wrong_axes(void **state) {
     const char *word;
   } cases[] = {
       {"wavelength", 3, {700, 500, 400}, "ascend"},
-      {"wavelength", 3, {0, 500, 600}, "positive"},
-      {"wavelength", 3, {400, 500, NAN}, "positive"},
+      {"wavelength", 3, {0, 500, 600}, "above 10 nm"},
+      {"wavelength", 3, {400, 500, NAN}, "above 10 nm"},
       {"wavelength", 2, {400, 500}, "3 entries, but /wavelength has 2"},
       {"theta_i", 5, {0, 20, 10, 30, 40}, "theta_i"},
       {"theta_r", 4, {0, 20, 30, 91}, "theta_r"},

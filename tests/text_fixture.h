@@ -7,6 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <cmocka.h>
+#include <locale.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -50,6 +51,15 @@ static const char *write_bytes(text_fixture *fixture, const char *name, const vo
 
 static const char *write_text_file(text_fixture *fixture, const char *name, const char *text) {
   return write_bytes(fixture, name, text, strlen(text));
+}
+
+/* A locale with a decimal comma, made on the spot; 0 where the system has no sources for it. */
+static inline int use_decimal_comma(const text_fixture *fixture) {
+  char command[256];
+  snprintf(command, sizeof command, "localedef -i de_DE -f UTF-8 %s/de_DE.UTF-8 >%s/log 2>&1",
+           fixture->folder, fixture->folder);
+  return system(command) == 0 && setenv("LOCPATH", fixture->folder, 1) == 0 &&
+         setlocale(LC_ALL, "de_DE.UTF-8");
 }
 
 /* The message is one line and holds every one of the words, up to the first NULL. */

@@ -17,9 +17,6 @@ extern const roughness_field roughness_fields[ROUGHNESS_FIELDS];
 hetab_estimate roughness_estimate(const hetab_scan_statistics *s, int field);
 hetab_average roughness_average(const hetab_component *c, int field);
 
-/* What the model's parameters come from: the small scale if there is one. */
-const hetab_component *roughness_main(const hetab_roughness *r);
-
 void roughness_print(const hetab_roughness *r);
 void roughness_csv(FILE *stream, const hetab_roughness *r);
 /* Its keys are those that `hetab roughness --help` documents. */

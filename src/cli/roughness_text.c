@@ -28,7 +28,8 @@ hetab_average roughness_average(const hetab_component *c, int field) {
   return *fields[field];
 }
 
-const hetab_component *roughness_main(const hetab_roughness *r) {
+/* What the model's parameters come from: the small scale if there is one. */
+static const hetab_component *main_component(const hetab_roughness *r) {
   return r->small.count ? &r->small : &r->raw;
 }
 
@@ -187,7 +188,7 @@ static void yaml_bounds(FILE *out, const char *name, const hetab_average *a) {
 }
 
 void roughness_yaml(FILE *out, const hetab_roughness *r, const char *name, const char *index) {
-  const hetab_component *c = roughness_main(r);
+  const hetab_component *c = main_component(r);
   fprintf(out, "# From %zu scan%s", c->count, c->count == 1 ? "" : "s");
   if (r->small.count)
     fprintf(out, ", small scale behind a %s filter with a cut-off of %.4g um",

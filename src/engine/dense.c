@@ -119,7 +119,8 @@ hetab_status hetab_engine_atlas(hetab_context *ctx, const hetab_engine *engine, 
   }
   /* S / mu is at most sqrt(pi) tau_2sigma, at grazing, or of order 1 on steep surfaces */
   double largest = amplitude * 2.0 * fmax(1.0, M_PI * tau_2sigma * tau_2sigma);
-  hetab_engine_atlas_degrees(engine, atlas);
+  if (!atlas->degree_x) /* else set before the threads that read them */
+    hetab_engine_atlas_degrees(engine, atlas);
   atlas->ln_h_end = fmin(log(ZERO_BELOW / largest), -1.0);
   return hetab_atlas_build(ctx, G_RANGE * g_min, g_max, HETAB_ATLAS_SHARE * engine->tolerance,
                            atlas);

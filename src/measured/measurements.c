@@ -82,7 +82,11 @@ static hetab_status clean_values(hetab_context *ctx, hetab_measurements *m, doub
   return HETAB_OK;
 }
 
-hetab_status hetab_measurements_clean(hetab_context *ctx, hetab_measurements *m) {
+/* Checks the wavelengths, and takes out what a measurement cannot be, counting it in `skipped`:
+ * rows with a direction at or below the horizon or not a number are removed, infinite values become
+ * NaN, phi is folded to [0, pi]. HETAB_ERR_RANGE if nothing is left, or
+ * a value is above HETAB_MOST_BRDF. */
+static hetab_status clean(hetab_context *ctx, hetab_measurements *m) {
   HETAB_TRY(check_wavelengths(ctx, m));
   size_t kept = 0;
   for (size_t i = 0; i < m->count; i++) {
@@ -122,7 +126,7 @@ hetab_status hetab_measurements_create(hetab_context *ctx, const double *lambda_
     memcpy(made->pairs, pairs, count * sizeof *pairs);
     memcpy(made->values, values, count * wavelengths * sizeof *values);
   }
-  hetab_status status = hetab_measurements_clean(ctx, made);
+  hetab_status status = clean(ctx, made);
   if (status != HETAB_OK) {
     hetab_measurements_free(made);
     return status;

@@ -22,10 +22,4 @@ struct hetab_measurements {
 hetab_status hetab_measurements_new(hetab_context *ctx, const char *name, size_t wavelengths,
                                     size_t count, hetab_measurements **out);
 
-/* Checks the wavelengths, and takes out what a measurement cannot be, counting it in `skipped`:
- * rows with a direction at or below the horizon or not a number are removed, infinite values become
- * NaN, phi is folded to [0, pi]. HETAB_ERR_RANGE if nothing is left, or
- * a value is above HETAB_MOST_BRDF. */
-hetab_status hetab_measurements_clean(hetab_context *ctx, hetab_measurements *measurements);
-
 #endif

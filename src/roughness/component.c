@@ -26,8 +26,9 @@ static void set_interval(hetab_average *a, double reach, bool positive) {
   }
 }
 
-hetab_average hetab_average_of(const hetab_estimate *first, size_t count, size_t bytes,
-                               double independent, bool positive) {
+/* Of `count` estimates that lie `bytes` apart, worth `independent` independent ones. */
+static hetab_average average_of(const hetab_estimate *first, size_t count, size_t bytes,
+                                double independent, bool positive) {
   hetab_average a = {.count = 0};
   double sum = 0, squares = 0, errors = 0;
   for (size_t i = 0; i < count; i++) {
@@ -84,7 +85,7 @@ static double worth_of_scans(const hetab_scan_list *list, const hetab_component 
 
 static hetab_average average_field(const hetab_component *c, const hetab_estimate *first,
                                    double worth, bool positive) {
-  return hetab_average_of(first, c->count, sizeof *c->scans, worth, positive);
+  return average_of(first, c->count, sizeof *c->scans, worth, positive);
 }
 
 static void average_scans(const hetab_scan_list *list, hetab_component *c) {

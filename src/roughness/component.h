@@ -9,8 +9,4 @@
 hetab_status hetab_component_measure(hetab_context *ctx, const hetab_scan_list *list,
                                      double cutoff_um, hetab_component *component);
 
-/* Of `count` estimates that lie `bytes` apart, worth `independent` independent ones. */
-hetab_average hetab_average_of(const hetab_estimate *first, size_t count, size_t bytes,
-                               double independent, bool positive);
-
 #endif

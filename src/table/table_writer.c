@@ -59,8 +59,8 @@ size_t hetab_table_saturated_count(const hetab_table_writer *w) {
   return w->saturated;
 }
 
-hetab_status hetab_table_finish(hetab_context *ctx, hetab_table_writer *w,
-                                hetab_atomic_file **out) {
+/* Everything but the publication; frees the writer, whatever the outcome. */
+static hetab_status finish(hetab_context *ctx, hetab_table_writer *w, hetab_atomic_file **out) {
   hetab_status status = HETAB_OK;
   *out = NULL;
   if (w->rows_left || !w->specular_written)
@@ -80,7 +80,7 @@ hetab_status hetab_table_finish(hetab_context *ctx, hetab_table_writer *w,
 
 hetab_status hetab_table_commit(hetab_context *ctx, hetab_table_writer *w) {
   hetab_atomic_file *file;
-  HETAB_TRY(hetab_table_finish(ctx, w, &file));
+  HETAB_TRY(finish(ctx, w, &file));
   return hetab_atomic_commit(ctx, file);
 }
 

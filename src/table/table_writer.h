@@ -33,8 +33,4 @@ hetab_status hetab_table_begin(hetab_context *ctx, hetab_table_writer *writer,
                                const hetab_table_class *class, const char *path, int overwrite,
                                size_t channels, const hetab_grid *grid);
 
-/* Everything but the publication; frees the writer, whatever the outcome. */
-hetab_status hetab_table_finish(hetab_context *ctx, hetab_table_writer *writer,
-                                hetab_atomic_file **out);
-
 #endif

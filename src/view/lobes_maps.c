@@ -50,7 +50,7 @@ static const hetab_lobe_size map_size = {49, 128};
 /* ---- maps ---------------------------------------------------------------------------------- */
 
 /* Lambert's equal-area projection: radius sqrt(2) sin(theta / 2). */
-int hetab_map_direction(double x, double y, double *theta, double *azimuth) {
+static int map_direction(double x, double y, double *theta, double *azimuth) {
   double r2 = x * x + y * y;
   *theta = 2 * asin(fmin(sqrt(r2 / 2), 1));
   *azimuth = atan2(y, x);
@@ -66,7 +66,7 @@ hetab_status hetab_view_make_map(hetab_context *ctx, const hetab_view_source *so
     double x = ((double)(i % side) + 0.5 - half) / half,
            y = (half - (double)(i / side) - 0.5) / half;
     rgb[i][0] = rgb[i][1] = rgb[i][2] = 0;
-    if (!hetab_map_direction(x, y, &theta, &azimuth))
+    if (!map_direction(x, y, &theta, &azimuth))
       continue;
     /* The table has the light at azimuth 0 and the mirror at 180 degrees. */
     const double q[2] = {-sin(theta) * cos(azimuth), sin(theta) * sin(azimuth)};

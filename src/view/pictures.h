@@ -19,10 +19,6 @@ hetab_status hetab_view_make_lobe(hetab_context *ctx, const hetab_view_source *s
 hetab_status hetab_view_make_map(hetab_context *ctx, const hetab_view_source *source,
                                  double theta_i, size_t side, float (*rgb)[3]);
 
-/* A place on a map, x and y in [-1, 1], y up, as theta and the azimuth from the mirror's side; 0
- * outside the disc. */
-int hetab_map_direction(double x, double y, double *theta, double *azimuth);
-
 /* rgb[side][side]. */
 hetab_status hetab_view_make_sphere(hetab_context *ctx, const hetab_view_source *source,
                                     size_t side, float (*rgb)[3]);
