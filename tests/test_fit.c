@@ -653,6 +653,28 @@ static void test_held_slope(void **state) {
   hetab_engine_free(engine);
 }
 
+/* The model of a metal exceeds the polished bound by up to 1e-3 of it: that holds no slope back. */
+static void test_own_excess(void **state) {
+  hetab_context *ctx = *state;
+  hetab_engine *engine = series_engine(ctx);
+  const char *const metals[] = {"Cu", "Ag", "Au"};
+  for (int i = 0; i < 3; i++) {
+    truth t = {0.3, 4, NULL, {0}, 0.05, 1};
+    assert_ok(ctx, hetab_index_metal(ctx, metals[i], &t.index));
+    hetab_measurements *m = measure(ctx, &t, &green_um, 1);
+    hetab_fit_options o = slope_and_a(&t);
+    o.constraint = HETAB_FIT_AUTO;
+    hetab_fit *fit = fit_of(ctx, engine, m, &o);
+    assert_int_equal(fit->constraint, HETAB_FIT_POLISHED);
+    assert_true(fabs(fit->slope / 0.075 - 1) < 0.01);
+    assert_int_equal(fit->estimates[HETAB_FIT_SLOPE].end, HETAB_FIT_END_INSIDE);
+    hetab_fit_free(fit);
+    hetab_measurements_free(m);
+    hetab_index_free(t.index);
+  }
+  hetab_engine_free(engine);
+}
+
 /* ---- what the measurements do not say ---------------------------------------------------------
  */
 
@@ -1009,6 +1031,7 @@ int main(void) {
       TEST(test_constraint),
       TEST(test_energy),
       TEST(test_held_slope),
+      TEST(test_own_excess),
       TEST(test_undetermined),
       TEST(test_two_minima),
       TEST(test_budget),

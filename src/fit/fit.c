@@ -86,15 +86,18 @@ static hetab_status choose_unknowns(hetab_fit_problem *p) {
   return HETAB_OK;
 }
 
-/* Dielectrics return what enters them: the report's bound is for metals. */
+/* Dielectrics return what enters them: the report's bound is for metals. What the model alone is
+ * above it by is the model's fault, and another roughness would not describe the surface. */
 static void choose_constraint(hetab_fit_problem *p) {
   const hetab_surface *surface = p->model.surface;
   if (p->options.constraint != HETAB_FIT_AUTO)
     return;
   p->options.constraint = HETAB_FIT_ENERGY;
   for (size_t b = 0; b < hetab_surface_band_count(surface); b++)
-    if (hetab_surface_bands(surface)[b].k > 0)
+    if (hetab_surface_bands(surface)[b].k > 0) {
       p->options.constraint = HETAB_FIT_POLISHED;
+      p->model.own_excess = 5e-3;
+    }
 }
 
 static hetab_status prepare(hetab_fit_problem *p, hetab_engine *engine,

@@ -54,6 +54,8 @@ void hetab_fit_data_clear(hetab_fit_data *data);
  */
 
 typedef struct hetab_fit_model {
+  double
+      own_excess; /* how far the model alone may be above the bound, of that; see HETAB_FIT_AUTO */
   hetab_engine *engine;
   hetab_places *places;
   hetab_surface *surface; /* its roughness and n are set before each evaluation */

@@ -84,8 +84,10 @@ hetab_status hetab_fit_model_room(hetab_context *ctx, hetab_fit_model *model,
     int known = !active || active[t];
     for (size_t b = 0; b < data->bands; b++) {
       const hetab_reflectance *r = &model->reflectances[b * count + a];
-      double bound = constraint == HETAB_FIT_ENERGY ? 1 : r->fresnel;
-      room[t * data->bands + b] = known ? bound - r->dd.value - r->specular : HUGE_VAL;
+      double left = (constraint == HETAB_FIT_ENERGY ? 1 : r->fresnel) - r->dd.value - r->specular;
+      if (model->own_excess > 0)
+        left = fmax(left, fmin(HETAB_FIT_SLACK, left + model->own_excess * r->fresnel));
+      room[t * data->bands + b] = known ? left : HUGE_VAL;
     }
     a += (size_t)(known && a + 1 < count);
   }
