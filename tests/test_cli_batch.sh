@@ -46,11 +46,20 @@ sed "s|hetab batch|echo|; s/^parallel --quote //; s/ :::.*//" out >line.sh
 check "quoted for the shell" test "$(sh line.sh)" = "it's.yml -o a b --jobs 1 --shard {}/8"
 refuses "jobs for no scene" 1 'none.yml' plan none.yml --jobs-for slurm
 
+works_loud() { # as works, but a log on standard error
+  local name=$1
+  shift
+  if "$program" "$@" >out 2>err </dev/null; then pass; else fail "$name: $(head -c 300 err)"; fi
+}
+
 # ---- budgets: the common error is the least that the budget allows ----------------------------------
 scene budget.yml 'surfaces: [BBQAL1, BBQAL2, NGGAL]' 'consumer: mitsuba-rgb' 'memory_mb: 1'
 works "budget" plan budget.yml --json
 json "met, and used" '0.9e6 < d["bytes"] <= 1e6 and d["table_error"] > 0.01'
 cp out budget.json
+works_loud "budget made" batch budget.yml -o budget
+check "asked for and left, printed" has '\(1 % asked for; the budget leaves [1-9]\.?[0-9]* %\)'
+check "and on the page" grep -Eq 'asked for: 1 %; the budget of 1 MB leaves [1-9]\.?[0-9]* %' budget/index.html
 # brute force: of all ways to split the budget, with errors a tenth apart, the least worst error
 check "no split is better" /usr/bin/python3 - "$program" <<'END'
 import itertools, json, subprocess, sys
@@ -69,7 +78,7 @@ assert best / 1.1026 < found["table_error"] <= best * 1.0001, (best, found["tabl
 assert all(s["error_l1"] <= found["table_error"] for s in found["surfaces"])
 END
 scene tight.yml 'surfaces: [BBQAL1, NGGAL]' 'consumer: mitsuba-rgb' 'memory_mb: 0.01'
-refuses "impossible budget" 1 'memory_mb 0.01 is too little.*BBQAL1 \(' plan tight.yml
+refuses "impossible budget" 1 'memory_mb 0.01 is too little: at an error of 0.3, the largest that is allowed, the tables take .* MB together; .*BBQAL1 \(' plan tight.yml
 
 # ---- mistakes ------------------------------------------------------------------------------------
 bad() { # bad NAME PATTERN LINE...
@@ -100,11 +109,6 @@ bad "error out of range" 'bad.yml:2: key table_error' 'surfaces: [NGGAL]' 'table
 # ---- batches -------------------------------------------------------------------------------------
 scene two.yml 'surfaces: [BBQAL2, NGGAL, {name: twin, sigma0_um: 0.54, tau_um: 6.5, index: Al}]' \
   'consumer: mitsuba-rgb'
-works_loud() { # as works, but a log on standard error
-  local name=$1
-  shift
-  if "$program" "$@" >out 2>err </dev/null; then pass; else fail "$name: $(head -c 300 err)"; fi
-}
 works "dry run" batch two.yml -o made --dry-run
 check "all are to be made" test "$(sort out | tr '\n' ' ')" = "BBQAL2 NGGAL twin "
 works_loud "batch" batch two.yml -o made --json
@@ -224,7 +228,7 @@ check "no more than that" test "$(stat -c %s small-hdf5/NGGAL.h5)" -lt 4000000
 works "MERL's own error" plan merl.yml --json
 json "that of truncating" '0.03 < d["surfaces"][0]["error_l1"] < 0.09'
 scene fixed.yml 'surfaces: [NGGAL]' 'consumer: merl' 'memory_mb: 20'
-refuses "a size that no error changes" 1 'one size.*34.99 MB.*NGGAL' plan fixed.yml
+refuses "a size that no error changes" 1 'one size: they take 35 MB together; .*NGGAL' plan fixed.yml
 refuses "--only of another" 2 'no such surface' batch two.yml -o made --only GGAL120
 mkdir -p blocked/NGGAL.bsdf
 "$program" batch two.yml -o blocked >out 2>err

@@ -85,7 +85,9 @@ def channel(nm):
     return "T." + ("%.6f" % nm).replace(".", ",") + "nm"
 h5 = h5py.File("a.h5")
 brdf, rho, nm, deg = (h5[k][:] for k in ("brdf", "specular_reflectance", "wavelength", "theta_i"))
-names = ["theta_i_%05.2fdeg" % d for d in deg]
+def part(of, value):
+    return (of % value).replace(".", "_")
+names = [part("theta_i_%05.2fdeg", d) for d in deg]
 def spectral():
     parts = load("spectral")
     return list(parts) == names + ["specular_reflectance"] and all(
@@ -100,7 +102,7 @@ def double():
     return 0 < worst < 1e-5
 def half():
     parts = load("half")
-    return all(np.array_equal(parts["wavelength_%.2fnm" % l][channel(l)],
+    return all(np.array_equal(parts[part("wavelength_%.2fnm", l)][channel(l)],
                               brdf[b].reshape(-1, brdf.shape[3]).astype("f2").astype("f4"))
                for b, l in enumerate(nm))
 def rgb():  # the published observer and illuminant, the published matrix, summed here
@@ -131,7 +133,7 @@ def folded():  # what the lobe adds to the table without it reflects rho_s; pola
     for i, deg in enumerate(h5["theta_i"][:]):
         if deg > 85:
             continue
-        lobe = parts["theta_i_%05.2fdeg" % deg][channel(550)] - h5["brdf"][0, i].astype("f8")
+        lobe = parts[part("theta_i_%05.2fdeg", deg)][channel(550)] - h5["brdf"][0, i].astype("f8")
         ring = 2 * np.trapz(lobe, phi, axis=1)
         energy = np.trapz(np.interp(fine, theta, ring) * np.sin(fine) * np.cos(fine), fine)
         worst = max(worst, abs(energy / h5["specular_reflectance"][0, i] - 1))

@@ -359,10 +359,27 @@ works "index by name" roughness line.csv --surface nk2.yaml --index n=1.5,k=0.1 
 works "constant index" roughness line.csv --surface nk.yaml --index 1.5,0.1 --quiet
 check "quiet" test ! -s out
 check "constant index in the surface" grep -qx 'index: {n: 1.5, k: 0.1}' nk.yaml
-works "auto" roughness line.csv --cutoff auto --json --html auto.html
+/usr/bin/python3 - <<'END' # one scale, and with a large one
+import numpy as np
+z = np.convolve(np.random.default_rng(3).standard_normal(4120),
+                np.exp(-2 * (np.arange(-60, 61) * 0.25 / 4) ** 2), "valid")
+x = np.arange(4000) * 0.25
+for name, large in (("one", 0), ("two", 1)):
+    np.savetxt(f"{name}.csv", np.c_[x, 0.3 * z / z.std() + large * np.sin(x / 50)], delimiter=",",
+               header="x_um,z_um", comments="")
+END
+works "auto" roughness two.csv --cutoff auto --json --html auto.html
 check "auto shows the scan" json "len(d['cutoff_scan']['trials']) > 20 and d['cutoff_um'] > 0 and \
 d['small'] and d['cutoff_scan']['trials'][0]['cutoff_um'] < d['cutoff_um']"
 check "auto plots it" grep -q 'Slope against cut-off' auto.html
+works "one scale" roughness one.csv --cutoff auto --json --html one.html --surface one.yml --index Cu
+check "no cut-off" json "d['cutoff_um'] is None and d['small'] is None and \
+len(d['cutoff_scan']['trials']) > 20 and any('No large scale' in n for n in d['notes'])"
+check "its surface is the unfiltered one" json "abs(float([l.split()[1] for l in open('one.yml') \
+if l.startswith('sigma0_um')][0]) / d['raw']['sigma_um']['average'] - 1) < 1e-3"
+check "none on the page" grep -q 'none is chosen' one.html
+works "one scale, printed" roughness one.csv --cutoff auto
+check "none chosen" has 'chosen: none'
 printf 'z_nm\n%s\n' "$(seq 1 500 | awk '{print 100*sin($1/7)}')" >plain.csv
 works "unit of the spacing" roughness plain.csv --spacing 0.5 --json --level none
 check "nm to um" json "abs(d['raw']['sigma_um']['average'] - 0.0707) < 0.001 and \

@@ -273,8 +273,7 @@ static void test_robust(void **state) {
   hetab_engine_free(engine);
 }
 
-/* ---- what was put in comes out ----------------------------------------------------------------
- */
+/* ---- what was put in comes out --------------------------------------------------------------- */
 
 static void check_starts(const hetab_fit *fit, size_t starts) {
   size_t counted = 0;
@@ -443,8 +442,7 @@ static void test_exact(void **state) {
   hetab_index_free(t.index);
 }
 
-/* ---- the objective ----------------------------------------------------------------------------
- */
+/* ---- the objective --------------------------------------------------------------------------- */
 
 /* E of the header's formula, from the result's model values; the rings of the test's views are at
  * 0, 2, ..., 80 degrees, two views on each but the first. */
@@ -562,8 +560,7 @@ static void test_selection(void **state) {
   hetab_engine_free(engine);
 }
 
-/* ---- the constraint ---------------------------------------------------------------------------
- */
+/* ---- the constraint -------------------------------------------------------------------------- */
 
 /* By the reflectances' own function, at every incidence of the fit. */
 static double least_margin(hetab_context *ctx, hetab_engine *engine, const hetab_fit *fit) {
@@ -653,8 +650,29 @@ static void test_held_slope(void **state) {
   hetab_engine_free(engine);
 }
 
-/* ---- what the measurements do not say ---------------------------------------------------------
- */
+/* The model of a metal exceeds the polished bound by up to 1e-3 of it: that holds no slope back. */
+static void test_own_excess(void **state) {
+  hetab_context *ctx = *state;
+  hetab_engine *engine = series_engine(ctx);
+  const char *const metals[] = {"Cu", "Ag", "Au"};
+  for (int i = 0; i < 3; i++) {
+    truth t = {0.3, 4, NULL, {0}, 0.05, 1};
+    assert_ok(ctx, hetab_index_metal(ctx, metals[i], &t.index));
+    hetab_measurements *m = measure(ctx, &t, &green_um, 1);
+    hetab_fit_options o = slope_and_a(&t);
+    o.constraint = HETAB_FIT_AUTO;
+    hetab_fit *fit = fit_of(ctx, engine, m, &o);
+    assert_int_equal(fit->constraint, HETAB_FIT_POLISHED);
+    assert_true(fabs(fit->slope / 0.075 - 1) < 0.01);
+    assert_int_equal(fit->estimates[HETAB_FIT_SLOPE].end, HETAB_FIT_END_INSIDE);
+    hetab_fit_free(fit);
+    hetab_measurements_free(m);
+    hetab_index_free(t.index);
+  }
+  hetab_engine_free(engine);
+}
+
+/* ---- what the measurements do not say -------------------------------------------------------- */
 
 /* At g = 27000 the lobes are those of the slope; sigma0 and tau apart are nowhere in them. */
 static void test_undetermined(void **state) {
@@ -725,8 +743,7 @@ static void test_budget(void **state) {
   hetab_engine_free(engine);
 }
 
-/* ---- intervals --------------------------------------------------------------------------------
- */
+/* ---- intervals ------------------------------------------------------------------------------- */
 
 static int covers(const hetab_fit_estimate *e, double value) {
   return e->low <= value && value <= e->high;
@@ -823,8 +840,7 @@ static void test_correlation(void **state) {
   hetab_engine_free(engine);
 }
 
-/* ---- measured paints --------------------------------------------------------------------------
- */
+/* ---- measured paints ------------------------------------------------------------------------- */
 
 static hetab_fit *fit_paint(hetab_context *ctx, hetab_engine *engine, const char *path) {
   hetab_measurements *m;
@@ -883,8 +899,7 @@ static void test_paints(void **state) {
   hetab_engine_free(engine);
 }
 
-/* ---- bad input --------------------------------------------------------------------------------
- */
+/* ---- bad input ------------------------------------------------------------------------------- */
 
 static void refuse(hetab_context *ctx, hetab_engine *engine, const hetab_measurements *m,
                    const hetab_fit_options *o, hetab_status expected, const char *word) {
@@ -1009,6 +1024,7 @@ int main(void) {
       TEST(test_constraint),
       TEST(test_energy),
       TEST(test_held_slope),
+      TEST(test_own_excess),
       TEST(test_undetermined),
       TEST(test_two_minima),
       TEST(test_budget),

@@ -384,7 +384,7 @@ static void test_notes(void **state) {
   z = gaussian_scans((profile_scale){0.3, 5}, none, COUNT, 9, &random);
   options.cutoff_um = HETAB_CUTOFF_AUTO;
   r = measured(*state, new_scans(*state, z, COUNT, 9, 0.1), &options);
-  assert_true(has_note(r, "No large scale"));
+  assert_true(has_note(r, "No large scale") && r->cutoff_um == 0 && !r->small.count);
   hetab_roughness_free(r);
   free(z);
 }
@@ -461,18 +461,24 @@ static void test_report_surfaces(void **state) {
 
 static void test_auto_cutoff(void **state) {
   uint64_t random = 43;
+  int alone = 0; /* levelling has left nothing of the large scale, by chance */
   for (int s = 0; s < 5; s++) {
     const profile_scale scales[2] = {report_surfaces[s], large_scale};
     double best = largest_slope_cutoff(scales, 20, 130), worst = 0;
     for (int i = 0; i < trial_count(AUTO_TRIALS); i++) {
       hetab_roughness *r = one_trial(*state, scales[0], HETAB_CUTOFF_AUTO, &random);
       assert_true(r->cutoff_scan.count > 20 && r->cutoff_scan.from_fit);
-      worst = fmax(worst, fabs(r->cutoff_um / best - 1));
+      if (r->cutoff_um > 0)
+        worst = fmax(worst, fabs(r->cutoff_um / best - 1));
+      else
+        alone++;
       hetab_roughness_free(r);
     }
     print_message("  %-8s largest slope at %.1f um\n", report_names[s], best);
     assert_below("cut-off", worst, TOL_CUTOFF);
   }
+  print_message("  no cut-off: %d\n", alone);
+  assert_true(100 * alone <= 5 * trial_count(AUTO_TRIALS));
 }
 
 /* A 30 um cut-off and tau 5.6 um, as the header says. */

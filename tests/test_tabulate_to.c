@@ -167,7 +167,7 @@ static void all_or_none(void **state) {
                    HETAB_ERR_CANCELLED);
   hetab_set_progress(ctx, NULL, NULL);
   require_mounting();
-  mount_small(8192);
+  mount_small(4096);
   hetab_status status = hetab_tabulate_to(ctx, NULL, s.surface, other_disk, 2, &s.options, NULL);
   assert_int_equal(count_files("small"), 0);
   unmount_small();

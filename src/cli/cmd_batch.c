@@ -175,8 +175,12 @@ static void print_sums(const batch_job *job, const batch_sums *s, double seconds
       s->made, s->kept, s->failed, 1e-6 * s->table_bytes, 1e-6 * s->expected_bytes, 1e-6 * s->bytes,
       s->seconds, s->expected_seconds, seconds);
   if (s->worst > 0.0)
-    printf("largest relative L1 error %.2g %% (%.2g %% asked for)\n", 100.0 * s->worst,
-           100.0 * job->plan->table_error);
+    printf("largest relative L1 error %.2g %% (%.2g %% asked for", 100.0 * s->worst,
+           100.0 * job->plan->asked_error);
+  if (s->worst > 0.0 && job->plan->table_error > job->plan->asked_error)
+    printf("; the budget leaves %.2g %%", 100.0 * job->plan->table_error);
+  if (s->worst > 0.0)
+    puts(")");
   if (s->misfits)
     printf("%zu tables do not keep that error: see %s/index.html\n", s->misfits, job->folder);
 }

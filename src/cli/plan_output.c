@@ -79,7 +79,9 @@ static void print_sums(const hetab_scene *scene, const hetab_plan *plan) {
          plan->count, hetab_consumer_name(hetab_scene_consumer(scene)), of_kind[0], of_kind[1],
          of_kind[2], of_kind[3], 1e-6 * plan->bytes, plan->seconds);
   if (plan->table_error > plan->asked_error)
-    printf("the budget of %.3g MB leaves an error of %.2g %% for all, %.2g %% was asked for\n",
+    printf("the budget of %.3g MB leaves an error of at most %.2g %% for all (above: expected); "
+           "%.2g %% "
+           "was asked for\n",
            1e-6 * plan->memory_bytes, 100.0 * plan->table_error, 100.0 * plan->asked_error);
   print_deltas(scene, plan);
   printf("instead of %.2f MB and %.1f s of 31-band dense HDF5 tables; left out: at most %.2g %% of "

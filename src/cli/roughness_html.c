@@ -140,10 +140,13 @@ static void plot_cutoffs(FILE *out, const hetab_roughness *r) {
   svg_plot p = {out,
                 {"cut-off, um", first[0].cutoff_um, first[count - 1].cutoff_um, 1, 1},
                 {"sigma / tau", 0, top, svg_step(top), 0}};
-  svg_begin(&p, "Slope against cut-off (dashed: two Gaussian scales; upright: chosen)");
+  svg_begin(&p, r->small.count
+                    ? "Slope against cut-off (dashed: two Gaussian scales; upright: chosen)"
+                    : "Slope against cut-off (dashed: two Gaussian scales; none is chosen)");
   svg_line(&p, x, &first->slope, count, stride, small_stroke, "measured");
   svg_line(&p, x, &first->smooth, count, stride, gaussian_stroke, "two Gaussian scales");
-  svg_line(&p, chosen, ends, 2, 1, "stroke:var(--c2)", "chosen");
+  if (r->small.count)
+    svg_line(&p, chosen, ends, 2, 1, "stroke:var(--c2)", "chosen");
   svg_end(&p);
 }
 

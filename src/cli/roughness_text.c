@@ -119,9 +119,13 @@ static void print_cutoffs(const hetab_roughness *r) {
            t->smooth);
   }
   printf("  smooth: two Gaussian scales, sigma %.3g and %.3g um, tau %.3g and %.3g um, %.2g %% "
-         "off;\n  chosen: %.4g um, the largest %s slope\n",
-         s->sigma_um[0], s->sigma_um[1], s->tau_um[0], s->tau_um[1], 100 * s->misfit, r->cutoff_um,
-         s->from_fit ? "smooth" : "measured");
+         "off;\n",
+         s->sigma_um[0], s->sigma_um[1], s->tau_um[0], s->tau_um[1], 100 * s->misfit);
+  if (r->small.count)
+    printf("  chosen: %.4g um, the largest %s slope\n", r->cutoff_um,
+           s->from_fit ? "smooth" : "measured");
+  else
+    puts("  chosen: none, the scans have one scale");
 }
 
 void roughness_print(const hetab_roughness *r) {

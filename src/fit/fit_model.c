@@ -7,8 +7,7 @@
 #include "surface/index_parts.h"
 #include "surface/surface_parts.h"
 
-/* ---- the surface ------------------------------------------------------------------------------
- */
+/* ---- the surface ----------------------------------------------------------------------------- */
 
 static hetab_status make_surface(hetab_context *ctx, const hetab_fit_options *options,
                                  const hetab_fit_data *data, hetab_surface **out) {
@@ -47,8 +46,7 @@ void hetab_fit_model_set(hetab_fit_model *model, double sigma0_um, double tau_um
     model->surface->bands[b].n = n;
 }
 
-/* ---- f_dd -------------------------------------------------------------------------------------
- */
+/* ---- f_dd ------------------------------------------------------------------------------------ */
 
 hetab_status hetab_fit_model_dd(hetab_context *ctx, hetab_fit_model *model,
                                 const hetab_directions *pairs, size_t count, double *dd) {
@@ -57,8 +55,7 @@ hetab_status hetab_fit_model_dd(hetab_context *ctx, hetab_fit_model *model,
                                surface->bands, surface->count, NULL, pairs, count, dd);
 }
 
-/* ---- the constraint ---------------------------------------------------------------------------
- */
+/* ---- the constraint -------------------------------------------------------------------------- */
 
 /* The integrals' own progress is not the fit's. */
 static hetab_status integrate(hetab_context *ctx, hetab_fit_model *model, const double *theta_i,
@@ -84,8 +81,10 @@ hetab_status hetab_fit_model_room(hetab_context *ctx, hetab_fit_model *model,
     int known = !active || active[t];
     for (size_t b = 0; b < data->bands; b++) {
       const hetab_reflectance *r = &model->reflectances[b * count + a];
-      double bound = constraint == HETAB_FIT_ENERGY ? 1 : r->fresnel;
-      room[t * data->bands + b] = known ? bound - r->dd.value - r->specular : HUGE_VAL;
+      double left = (constraint == HETAB_FIT_ENERGY ? 1 : r->fresnel) - r->dd.value - r->specular;
+      if (model->own_excess > 0)
+        left = fmax(left, fmin(HETAB_FIT_SLACK, left + model->own_excess * r->fresnel));
+      room[t * data->bands + b] = known ? left : HUGE_VAL;
     }
     a += (size_t)(known && a + 1 < count);
   }

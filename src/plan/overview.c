@@ -72,9 +72,14 @@ static hetab_status write_page(hetab_context *ctx, const hetab_scene *scene, con
   HETAB_TRY(hetab_folder_text(ctx, &page));
   snprintf(name, sizeof name, "%zu surfaces for %s", scene->count,
            hetab_consumer_name(scene->consumer));
+  char budget[96] = "";
+  if (plan->table_error > plan->asked_error)
+    snprintf(budget, sizeof budget,
+             "; the budget of %.3g MB leaves %.3g %%, which tables are judged by",
+             1e-6 * plan->memory_bytes, 100.0 * plan->table_error);
   hetab_page_begin(page.stream, name, "Batch: ", name);
   fprintf(page.stream,
-          "%s<p>Relative L1 error asked for: %.3g %%; planned: %.2f MB, %.1f s of one core, in "
+          "%s<p>Relative L1 error asked for: %.3g %%%s; planned: %.2f MB, %.1f s of one core, in "
           "place of %.0f MB of dense HDF5 tables. hetab %s. In pairs: expected, measured. A click "
           "on a column's head sorts.</p><div class=\"wide\"><table><thead><tr><th></th>"
           "<th>surface</th><th>verdict</th><th>what</th><th>delta</th><th>MB,<br>expected</"
@@ -82,7 +87,7 @@ static hetab_status write_page(hetab_context *ctx, const hetab_scene *scene, con
           "<th>seconds,<br>expected</th><th><br>taken</th><th>L1 error, %%,<br>expected</th>"
           "<th><br>measured</th><th>bias, %%</th><th>most<br>reflected</th><th>left out,<br>%%</th>"
           "</tr></thead><tbody>\n",
-          page_styles, 100.0 * plan->table_error, 1e-6 * plan->bytes, plan->seconds,
+          page_styles, 100.0 * plan->asked_error, budget, 1e-6 * plan->bytes, plan->seconds,
           1e-6 * plan->dense_bytes, hetab_version());
   json_array_foreach(records, i, record) page_row(page.stream, record);
   fprintf(page.stream, "</tbody></table></div>%s\n", page_script);

@@ -1,6 +1,7 @@
 #include "roughness/cutoff.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include "roughness/scan_worker.h"
 #include "roughness/two_scales.h"
@@ -125,6 +126,13 @@ static double smooth_maximum(const hetab_two_scales *scales, const hetab_cutoff_
   return best;
 }
 
+/* The unfiltered scans are the fit's small scale already. More tolerance would take a weak large
+ * scale, most of which levelling removed, for none. */
+static bool one_scale(const hetab_component *raw, const hetab_cutoff_scan *scan) {
+  return scan->from_fit && raw->sigma_um.mean < 1.03 * scan->sigma_um[0] &&
+         raw->tau_um.mean < 1.03 * scan->tau_um[0];
+}
+
 hetab_status hetab_find_cutoff(hetab_context *ctx, const hetab_scan_list *list,
                                const hetab_component *raw, hetab_cutoff_scan *scan,
                                double *cutoff_um) {
@@ -143,7 +151,10 @@ hetab_status hetab_find_cutoff(hetab_context *ctx, const hetab_scan_list *list,
   for (size_t t = 0; t < scan->count; t++)
     scan->trials[t].smooth = smooth_slope(&scales, scan->trials[t].cutoff_um);
   scan->from_fit = scan->misfit <= worst_misfit;
-  *cutoff_um =
-      scan->from_fit ? smooth_maximum(&scales, scan) : scan->trials[largest_slope(scan)].cutoff_um;
+  if (one_scale(raw, scan))
+    *cutoff_um = 0;
+  else
+    *cutoff_um = scan->from_fit ? smooth_maximum(&scales, scan)
+                                : scan->trials[largest_slope(scan)].cutoff_um;
   return HETAB_OK;
 }

@@ -132,6 +132,11 @@ static void note_spacing(note_taker *t) {
 static void note_cutoff(note_taker *t) {
   const hetab_roughness *r = t->roughness;
   const hetab_cutoff_scan *s = &r->cutoff_scan;
+  if (s->count && !r->small.count)
+    note(t,
+         "No large scale is there to be removed, and no filter was applied: the unfiltered sigma "
+         "%.3g um and tau %.3g um are those of the surface.",
+         r->raw.sigma_um.mean, r->raw.tau_um.mean);
   if (t->main != &r->small)
     return;
   if (r->cutoff_um < 16 * r->small.tau_um.mean)
@@ -141,12 +146,6 @@ static void note_cutoff(note_taker *t) {
          r->cutoff_um, r->cutoff_um / r->small.tau_um.mean);
   if (!s->count)
     return;
-  if (s->from_fit && r->raw.sigma_um.mean < 1.1 * s->sigma_um[0] &&
-      r->raw.tau_um.mean < 1.3 * s->tau_um[0])
-    note(t,
-         "No large scale is there to be removed: the unfiltered sigma %.3g um and tau %.3g um are "
-         "those of the surface.",
-         r->raw.sigma_um.mean, r->raw.tau_um.mean);
   if (!s->from_fit)
     note(t,
          "Two Gaussian scales do not describe the surface (%.1f %% off): the cut-off is that of "

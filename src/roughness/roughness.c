@@ -78,6 +78,8 @@ static hetab_status measure_small(hetab_context *ctx, const hetab_scan_list *lis
   r->filter = o->filter;
   if (o->cutoff_um == HETAB_CUTOFF_AUTO)
     HETAB_TRY(hetab_find_cutoff(ctx, list, &r->raw, &r->cutoff_scan, &r->cutoff_um));
+  if (r->cutoff_um == 0)
+    return HETAB_OK; /* one scale: a filter would only take part of it */
   HETAB_TRY(hetab_component_measure(ctx, list, r->cutoff_um, &r->small));
   return r->small.count ? split_first(ctx, list, r) : none_left(ctx, list, r->cutoff_um);
 }

@@ -190,9 +190,9 @@ static hetab_status unscale(hetab_context *ctx, hetab_merl *merl, const char *pa
     bool below = false;
     for (int c = 0; c < CHANNELS; c++) {
       bool finite = isfinite(merl->values[c][i]);
-      if (!finite && !may_be_marked(i))
+      if (!finite && !(isnan(merl->values[c][i]) && may_be_marked(i)))
         return hetab_fail(ctx, HETAB_ERR_PARSE,
-                          "'%s' is damaged: value %zu of channel %d is not a number; get a "
+                          "'%s' is damaged: value %zu of channel %d is not a finite number; get a "
                           "complete copy",
                           path, i, c);
       below |= !finite || merl->values[c][i] < 0;
