@@ -273,8 +273,7 @@ static void test_robust(void **state) {
   hetab_engine_free(engine);
 }
 
-/* ---- what was put in comes out ----------------------------------------------------------------
- */
+/* ---- what was put in comes out --------------------------------------------------------------- */
 
 static void check_starts(const hetab_fit *fit, size_t starts) {
   size_t counted = 0;
@@ -443,8 +442,7 @@ static void test_exact(void **state) {
   hetab_index_free(t.index);
 }
 
-/* ---- the objective ----------------------------------------------------------------------------
- */
+/* ---- the objective --------------------------------------------------------------------------- */
 
 /* E of the header's formula, from the result's model values; the rings of the test's views are at
  * 0, 2, ..., 80 degrees, two views on each but the first. */
@@ -562,8 +560,7 @@ static void test_selection(void **state) {
   hetab_engine_free(engine);
 }
 
-/* ---- the constraint ---------------------------------------------------------------------------
- */
+/* ---- the constraint -------------------------------------------------------------------------- */
 
 /* By the reflectances' own function, at every incidence of the fit. */
 static double least_margin(hetab_context *ctx, hetab_engine *engine, const hetab_fit *fit) {
@@ -675,8 +672,7 @@ static void test_own_excess(void **state) {
   hetab_engine_free(engine);
 }
 
-/* ---- what the measurements do not say ---------------------------------------------------------
- */
+/* ---- what the measurements do not say -------------------------------------------------------- */
 
 /* At g = 27000 the lobes are those of the slope; sigma0 and tau apart are nowhere in them. */
 static void test_undetermined(void **state) {
@@ -747,8 +743,7 @@ static void test_budget(void **state) {
   hetab_engine_free(engine);
 }
 
-/* ---- intervals --------------------------------------------------------------------------------
- */
+/* ---- intervals ------------------------------------------------------------------------------- */
 
 static int covers(const hetab_fit_estimate *e, double value) {
   return e->low <= value && value <= e->high;
@@ -845,8 +840,7 @@ static void test_correlation(void **state) {
   hetab_engine_free(engine);
 }
 
-/* ---- measured paints --------------------------------------------------------------------------
- */
+/* ---- measured paints ------------------------------------------------------------------------- */
 
 static hetab_fit *fit_paint(hetab_context *ctx, hetab_engine *engine, const char *path) {
   hetab_measurements *m;
@@ -905,8 +899,7 @@ static void test_paints(void **state) {
   hetab_engine_free(engine);
 }
 
-/* ---- bad input --------------------------------------------------------------------------------
- */
+/* ---- bad input ------------------------------------------------------------------------------- */
 
 static void refuse(hetab_context *ctx, hetab_engine *engine, const hetab_measurements *m,
                    const hetab_fit_options *o, hetab_status expected, const char *word) {

@@ -1,5 +1,4 @@
 /* hetab tabulate: from a surface to table files. */
-#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -12,52 +11,9 @@
 
 /* ---- options, before any work --------------------------------------------------------------- */
 
-static int has_format(const tabulate_job *job, hetab_format format) {
-  const cli_list *files = &job->request->files;
-  hetab_format found;
-  for (size_t i = 0; i < files->count; i++)
-    if (hetab_format_by_ending(files->items[i], &found) && found == format)
-      return 1;
-  return 0;
-}
-
 /* --bands takes words for OpenEXR and RGL tables, and wavelengths for MERL tables. */
 static int is_channels(const char *bands) {
   return bands && (strcmp(bands, "rgb") == 0 || strcmp(bands, "spectral") == 0);
-}
-
-/* An option of files that are not asked for is a mistake; -1 if there is none. */
-static int check_given(const cli_command *self, const tabulate_job *job) {
-  enum { H5 = 1 << HETAB_FORMAT_H5, EXR = 1 << HETAB_FORMAT_EXR, MERL = 1 << HETAB_FORMAT_MERL };
-  enum { RGL = 1 << HETAB_FORMAT_RGL };
-  const tabulate_request *r = job->request;
-  const struct {
-    bool given;
-    const char *option, *files;
-    int formats;
-  } options[] = {{r->axes[HETAB_THETA_I], "theta-i", ".h5 and .exr", H5 | EXR},
-                 {r->axes[HETAB_THETA_R], "theta-r", ".h5 and .exr", H5 | EXR},
-                 {r->axes[HETAB_PHI], "phi", ".h5 and .exr", H5 | EXR},
-                 {r->element >= 0, "element", ".h5", H5},
-                 {r->compression > 0, "compress", ".h5", H5},
-                 {r->tolerance > 0, "tolerance", ".h5, .exr and .binary", H5 | EXR | MERL},
-                 {r->device, "device", ".h5, .exr and .binary", H5 | EXR | MERL},
-                 {r->exr_parts, "exr-parts", ".exr", EXR},
-                 {r->exr_type, "exr-type", ".exr", EXR},
-                 {r->sampling, "merl-sampling", ".binary", MERL},
-                 {r->colour, "merl-colour", ".binary", MERL},
-                 {r->renderer >= 0, "for", ".bsdf", RGL},
-                 {r->table_error > 0, "table-error", ".bsdf", RGL},
-                 {r->cone_deg > 0, "specular-cone",
-                  ".binary, .bsdf and .exr (.h5 keeps the delta apart)", MERL | RGL | EXR}};
-  int asked = 0;
-  for (hetab_format f = HETAB_FORMAT_H5; f <= HETAB_FORMAT_EXR; f++)
-    asked |= has_format(job, f) << f;
-  for (size_t i = 0; i < sizeof options / sizeof *options; i++)
-    if (options[i].given && !(options[i].formats & asked))
-      return cli_usage(self, "--%s is for %s outputs, and there is none", options[i].option,
-                       options[i].files);
-  return -1;
 }
 
 /* What --for asks of the .bsdf; -1 if nothing contradicts it. */
@@ -77,9 +33,10 @@ static int plan_renderer(const cli_command *self, tabulate_job *job) {
 static int plan_bands(const cli_command *self, tabulate_job *job) {
   const tabulate_request *r = job->request;
   int words = is_channels(r->bands), spectral = words && strcmp(r->bands, "spectral") == 0;
-  if (words && !has_format(job, HETAB_FORMAT_RGL) && !has_format(job, HETAB_FORMAT_EXR))
+  if (words && !tabulate_has_format(job->request, HETAB_FORMAT_RGL) &&
+      !tabulate_has_format(job->request, HETAB_FORMAT_EXR))
     return cli_usage(self, "--bands %s is for .exr and .bsdf outputs, and there is none", r->bands);
-  if (r->bands && !words && !has_format(job, HETAB_FORMAT_MERL))
+  if (r->bands && !words && !tabulate_has_format(job->request, HETAB_FORMAT_MERL))
     return cli_usage(self, "--bands: '%s' is neither rgb nor spectral", r->bands);
   if (words && !spectral && r->exr_parts == HETAB_EXR_BY_WAVELENGTH)
     return cli_usage(self, "--exr-parts wavelength holds no colour: take --bands spectral");
@@ -222,9 +179,7 @@ static int write_tables(const cli_command *self, tabulate_job *job) {
 
 static int run_job(const cli_command *self, const tabulate_request *request) {
   tabulate_job job = {.request = request};
-  int status = check_given(self, &job);
-  if (status < 0)
-    status = plan_bands(self, &job);
+  int status = plan_bands(self, &job);
   if (status < 0)
     status = plan_merl(self, &job);
   if (status < 0)

@@ -1,5 +1,4 @@
-/* Fits as one self-contained page: measurement and fit in the plane of incidence and over the
- * hemisphere, and what is left between them. */
+/* Fits as a page: measurement and fit in the plane of incidence and over the hemisphere. */
 #include <math.h>
 #include <string.h>
 

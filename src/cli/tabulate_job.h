@@ -42,6 +42,8 @@ extern const tabulate_renderer tabulate_renderers[];
 /* -1 to go on with *request, else the exit status. */
 int tabulate_parse(const cli_command *self, int argc, char **argv, tabulate_request *request);
 
+int tabulate_has_format(const tabulate_request *request, hetab_format format);
+
 /* The summary on standard output; the exit status. */
 int tabulate_summary(const tabulate_job *job);
 

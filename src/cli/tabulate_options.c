@@ -1,5 +1,6 @@
 /* The tabulate command's options, in groups. Each group returns the place after its last one. */
 #include <limits.h>
+#include <stdbool.h>
 #include <string.h>
 
 #include "cli.h"
@@ -117,6 +118,48 @@ static cli_option *renderer_options(cli_option *next, tabulate_request *r) {
   return next + sizeof options / sizeof *options;
 }
 
+int tabulate_has_format(const tabulate_request *r, hetab_format format) {
+  const cli_list *files = &r->files;
+  hetab_format found;
+  for (size_t i = 0; i < files->count; i++)
+    if (hetab_format_by_ending(files->items[i], &found) && found == format)
+      return 1;
+  return 0;
+}
+
+/* An option of files that are not asked for is a mistake; -1 if there is none. */
+static int check_given(const cli_command *self, const tabulate_request *r) {
+  enum { H5 = 1 << HETAB_FORMAT_H5, EXR = 1 << HETAB_FORMAT_EXR, MERL = 1 << HETAB_FORMAT_MERL };
+  enum { RGL = 1 << HETAB_FORMAT_RGL };
+  const struct {
+    bool given;
+    const char *option, *files;
+    int formats;
+  } options[] = {{r->axes[HETAB_THETA_I], "theta-i", ".h5 and .exr", H5 | EXR},
+                 {r->axes[HETAB_THETA_R], "theta-r", ".h5 and .exr", H5 | EXR},
+                 {r->axes[HETAB_PHI], "phi", ".h5 and .exr", H5 | EXR},
+                 {r->element >= 0, "element", ".h5", H5},
+                 {r->compression > 0, "compress", ".h5", H5},
+                 {r->tolerance > 0, "tolerance", ".h5, .exr and .binary", H5 | EXR | MERL},
+                 {r->device, "device", ".h5, .exr and .binary", H5 | EXR | MERL},
+                 {r->exr_parts, "exr-parts", ".exr", EXR},
+                 {r->exr_type, "exr-type", ".exr", EXR},
+                 {r->sampling, "merl-sampling", ".binary", MERL},
+                 {r->colour, "merl-colour", ".binary", MERL},
+                 {r->renderer >= 0, "for", ".bsdf", RGL},
+                 {r->table_error > 0, "table-error", ".bsdf", RGL},
+                 {r->cone_deg > 0, "specular-cone",
+                  ".binary, .bsdf and .exr (.h5 keeps the delta apart)", MERL | RGL | EXR}};
+  int asked = 0;
+  for (hetab_format f = HETAB_FORMAT_H5; f <= HETAB_FORMAT_EXR; f++)
+    asked |= tabulate_has_format(r, f) << f;
+  for (size_t i = 0; i < sizeof options / sizeof *options; i++)
+    if (options[i].given && !(options[i].formats & asked))
+      return cli_usage(self, "--%s is for %s outputs, and there is none", options[i].option,
+                       options[i].files);
+  return -1;
+}
+
 int tabulate_parse(const cli_command *self, int argc, char **argv, tabulate_request *r) {
   cli_option options[CLI_MAX_OPTIONS + 1] = {0};
   cli_option *next = engine_options(grid_options(output_options(options, r), r), r);
@@ -126,5 +169,5 @@ int tabulate_parse(const cli_command *self, int argc, char **argv, tabulate_requ
     return status;
   if (r->files.count == 0)
     return cli_usage(self, "no output given: use -o FILE");
-  return -1;
+  return check_given(self, r);
 }

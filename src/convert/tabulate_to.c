@@ -155,7 +155,7 @@ static double *specular_table(job *job, const double *theta_i, size_t count, dou
   return rho;
 }
 
-/* Beside the table, unless an output before this one has written the same. */
+/* Unless an output before this one has written the same. */
 static hetab_status save_specular(job *job, output *o) {
   double theta_i[HETAB_SPECULAR_ANGLES];
   bool written = false;
@@ -239,8 +239,7 @@ static hetab_status fan_out(hetab_context *ctx, void *user, const hetab_slab *sl
   job *job = user;
   if (!slab_radiant(job, slab))
     return hetab_fail(ctx, HETAB_ERR_DEVICE,
-                      "entries of the table are NaN, infinite or negative: nothing written; please "
-                      "report this");
+                      "NaN, infinite or negative entries: nothing written; please report this");
   hetab_slab folded = *slab;
   if (job->fold)
     HETAB_TRY(hetab_slab_fold_in(ctx, job->fold, slab, &folded));

@@ -34,8 +34,7 @@ void hetab_fit_free(hetab_fit *fit) {
 /* Of sigma0 and tau apart: a slope's bounds by default. */
 static const double LEAST_SLOPE = 0.005, MOST_SLOPE = 1;
 
-/* ---- the problem ------------------------------------------------------------------------------
- */
+/* ---- the problem ----------------------------------------------------------------------------- */
 
 static void clear_problem(hetab_fit_problem *p) {
   hetab_fit_data_clear(&p->data);
@@ -114,8 +113,7 @@ static hetab_status prepare(hetab_fit_problem *p, hetab_engine *engine,
   return p->dd && p->room ? HETAB_OK : HETAB_ERR_MEMORY;
 }
 
-/* ---- two stages -------------------------------------------------------------------------------
- */
+/* ---- two stages ------------------------------------------------------------------------------ */
 
 /* What the fit without the constraint would exceed it by, from problem->room. */
 static void record_wish(hetab_fit_problem *p, const hetab_fit_state *wished) {
@@ -201,8 +199,7 @@ static hetab_status search(hetab_fit_problem *p, hetab_fit_state *best, hetab_fi
   return HETAB_OK;
 }
 
-/* ---- the result -------------------------------------------------------------------------------
- */
+/* ---- the result ------------------------------------------------------------------------------ */
 
 /* Another end, outside the interval of this one, that the data do not tell from it. */
 static void find_ambiguity(const hetab_fit_problem *p, hetab_fit *fit) {
@@ -277,8 +274,7 @@ static hetab_status fill_model(hetab_fit_problem *p, const hetab_measurements *m
   return HETAB_OK;
 }
 
-/* ---- incidences -------------------------------------------------------------------------------
- */
+/* ---- incidences ------------------------------------------------------------------------------ */
 
 typedef struct incidence_sums {
   double squares, scale, plain, values, measured, bias;
@@ -358,8 +354,7 @@ static hetab_status fill_incidences(hetab_fit_problem *p, hetab_fit *fit) {
   return HETAB_OK;
 }
 
-/* ---- the surface ------------------------------------------------------------------------------
- */
+/* ---- the surface ----------------------------------------------------------------------------- */
 
 /* "cayman" of "data/cayman.brdf". */
 static hetab_status take_name(hetab_context *ctx, const char *path, hetab_surface *surface) {
@@ -405,8 +400,7 @@ static hetab_status take_surface(hetab_fit_problem *p, const char *name, hetab_f
   return HETAB_OK;
 }
 
-/* ---- the whole --------------------------------------------------------------------------------
- */
+/* ---- the whole ------------------------------------------------------------------------------- */
 
 static hetab_status run(hetab_fit_problem *p, hetab_engine *engine, const hetab_measurements *m,
                         hetab_fit *fit) {

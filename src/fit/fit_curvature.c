@@ -42,8 +42,7 @@ static hetab_status allocate(hetab_fit_curvature *c) {
              : HETAB_ERR_MEMORY;
 }
 
-/* ---- derivatives ------------------------------------------------------------------------------
- */
+/* ---- derivatives ----------------------------------------------------------------------------- */
 
 static void choose_unknowns(hetab_fit_curvature *c) {
   for (size_t f = 0; f < c->p->free_count; f++) {
@@ -93,8 +92,7 @@ static void add_held_diffuse(hetab_fit_curvature *c) {
   }
 }
 
-/* ---- sums -------------------------------------------------------------------------------------
- */
+/* ---- sums ------------------------------------------------------------------------------------ */
 
 void hetab_fit_number_columns(hetab_fit_curvature *c, const hetab_fit_state *state) {
   size_t most = HETAB_FIT_MOST_FREE + c->p->groups;
@@ -190,8 +188,7 @@ static void find_covariance(hetab_fit_curvature *c) {
   hetab_matrix_sandwich(c->size, c->inverse, c->meat, c->scratch, c->covariance);
 }
 
-/* ---- the whole -------------------------------------------------------------------------------
- */
+/* ---- the whole ------------------------------------------------------------------------------- */
 
 hetab_status hetab_fit_curvature_create(hetab_fit_problem *problem, const hetab_fit_state *best,
                                         hetab_fit_curvature *c) {

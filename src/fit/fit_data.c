@@ -27,8 +27,7 @@ void hetab_fit_data_clear(hetab_fit_data *data) {
   *data = (hetab_fit_data){0};
 }
 
-/* ---- wavelengths ------------------------------------------------------------------------------
- */
+/* ---- wavelengths ----------------------------------------------------------------------------- */
 
 static size_t nearest_band(const hetab_measurements *m, double lambda_um) {
   const double *all = hetab_measurements_lambda_um(m);
@@ -82,8 +81,7 @@ static hetab_status sort_bands(hetab_context *ctx, const hetab_measurements *m,
   return HETAB_OK;
 }
 
-/* ---- pairs ------------------------------------------------------------------------------------
- */
+/* ---- pairs ----------------------------------------------------------------------------------- */
 
 static int is_in_plane(const hetab_directions *p) {
   double phi = hetab_degrees(p->phi), normal = hetab_degrees(fmin(p->theta_i, p->theta_r));
@@ -183,8 +181,7 @@ static hetab_status copy_values(hetab_context *ctx, const hetab_measurements *m,
   return HETAB_OK;
 }
 
-/* ---- incidences -------------------------------------------------------------------------------
- */
+/* ---- incidences ------------------------------------------------------------------------------ */
 
 typedef struct keyed {
   double key;
@@ -256,8 +253,7 @@ hetab_status hetab_fit_data_select(hetab_context *ctx, const hetab_measurements 
   return number_incidences(ctx, data);
 }
 
-/* ---- weights ----------------------------------------------------------------------------------
- */
+/* ---- weights --------------------------------------------------------------------------------- */
 
 /* Solid angles of the rings about the normal on which [first, end) of the sorted measurements of
  * one incidence lie; border of two rings half way between them. */

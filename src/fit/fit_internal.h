@@ -16,8 +16,7 @@ enum { HETAB_FIT_MOST_BANDS = 1024, HETAB_FIT_MOST_DIFFUSE = 256 };
 /* How far rho_dh may be above the bound: include/hetab/fit.h says why. */
 #define HETAB_FIT_SLACK 1e-5
 
-/* ---- the options (fit_options.c) --------------------------------------------------------------
- */
+/* ---- the options (fit_options.c) ------------------------------------------------------------- */
 
 /* Fills in the defaults. */
 hetab_status hetab_fit_options_check(hetab_context *ctx, hetab_fit_options *options);
@@ -50,8 +49,7 @@ hetab_status hetab_fit_data_weigh(hetab_context *ctx, hetab_fit_weights *weights
                                   hetab_fit_data *data);
 void hetab_fit_data_clear(hetab_fit_data *data);
 
-/* ---- the model (fit_model.c) ------------------------------------------------------------------
- */
+/* ---- the model (fit_model.c) ----------------------------------------------------------------- */
 
 typedef struct hetab_fit_model {
   double
@@ -79,8 +77,7 @@ hetab_status hetab_fit_model_room(hetab_context *ctx, hetab_fit_model *model,
                                   const hetab_fit_data *data, hetab_fit_constraint constraint,
                                   const unsigned char *active, double *room);
 
-/* ---- the problem ------------------------------------------------------------------------------
- */
+/* ---- the problem ----------------------------------------------------------------------------- */
 
 /* One evaluation. The diffuse parts are reflectances, pi * BRDF. */
 typedef struct hetab_fit_state {
@@ -145,8 +142,7 @@ static inline size_t hetab_fit_group(const hetab_fit_problem *p, size_t band) {
   return p->groups == 1 ? 0 : band;
 }
 
-/* ---- the search (fit_search.c) ----------------------------------------------------------------
- */
+/* ---- the search (fit_search.c) --------------------------------------------------------------- */
 
 /* The best value of everything else with one unknown, problem->free[fixed], held where it is in
  * state->x, from there on. */
@@ -160,8 +156,7 @@ hetab_status hetab_fit_search(hetab_fit_problem *problem, hetab_fit_state *best,
 hetab_status hetab_fit_make_robust(hetab_fit_problem *problem, hetab_fit_state *best,
                                    hetab_fit *fit);
 
-/* ---- intervals (fit_interval.c), sentences (fit_notes.c) --------------------------------------
- */
+/* ---- intervals (fit_interval.c), sentences (fit_notes.c) ------------------------------------- */
 
 hetab_status hetab_fit_intervals(hetab_fit_problem *problem, const hetab_fit_state *best,
                                  hetab_fit *fit);

@@ -9,8 +9,7 @@
 
 static const double WIDE_DIFFUSE = 0.5; /* half widths of what is not determined */
 
-/* ---- estimates --------------------------------------------------------------------------------
- */
+/* ---- estimates ------------------------------------------------------------------------------- */
 
 static double follows_moving(const hetab_fit_curvature *c, hetab_fit_quantity quantity, size_t m) {
   return hetab_fit_follows(c, quantity, c->p->free[c->unknown[m]]);
@@ -126,8 +125,7 @@ static void fill_estimates(const hetab_fit_curvature *c, hetab_fit *fit) {
     fit->estimates[i].bootstrap_low = fit->estimates[i].bootstrap_high = (double)NAN;
 }
 
-/* ---- correlation ------------------------------------------------------------------------------
- */
+/* ---- correlation ----------------------------------------------------------------------------- */
 
 static size_t place_of(const hetab_fit_curvature *c, size_t column) {
   size_t first = 3 + (size_t)(c->p->options.parameters[HETAB_FIT_N].free != 0);
@@ -156,8 +154,7 @@ static hetab_status fill_correlation(const hetab_fit_curvature *c, hetab_fit *fi
   return HETAB_OK;
 }
 
-/* ---- the whole --------------------------------------------------------------------------------
- */
+/* ---- the whole ------------------------------------------------------------------------------- */
 
 hetab_status hetab_fit_intervals(hetab_fit_problem *problem, const hetab_fit_state *best,
                                  hetab_fit *fit) {

@@ -7,8 +7,7 @@
 #include "surface/index_parts.h"
 #include "surface/surface_parts.h"
 
-/* ---- the surface ------------------------------------------------------------------------------
- */
+/* ---- the surface ----------------------------------------------------------------------------- */
 
 static hetab_status make_surface(hetab_context *ctx, const hetab_fit_options *options,
                                  const hetab_fit_data *data, hetab_surface **out) {
@@ -47,8 +46,7 @@ void hetab_fit_model_set(hetab_fit_model *model, double sigma0_um, double tau_um
     model->surface->bands[b].n = n;
 }
 
-/* ---- f_dd -------------------------------------------------------------------------------------
- */
+/* ---- f_dd ------------------------------------------------------------------------------------ */
 
 hetab_status hetab_fit_model_dd(hetab_context *ctx, hetab_fit_model *model,
                                 const hetab_directions *pairs, size_t count, double *dd) {
@@ -57,8 +55,7 @@ hetab_status hetab_fit_model_dd(hetab_context *ctx, hetab_fit_model *model,
                                surface->bands, surface->count, NULL, pairs, count, dd);
 }
 
-/* ---- the constraint ---------------------------------------------------------------------------
- */
+/* ---- the constraint -------------------------------------------------------------------------- */
 
 /* The integrals' own progress is not the fit's. */
 static hetab_status integrate(hetab_context *ctx, hetab_fit_model *model, const double *theta_i,

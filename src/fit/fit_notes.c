@@ -42,8 +42,7 @@ static const char *bound_words(const hetab_fit *fit) {
   return fit->constraint == HETAB_FIT_ENERGY ? "1 (energy)" : "that of the polished material";
 }
 
-/* ---- convergence ------------------------------------------------------------------------------
- */
+/* ---- convergence ----------------------------------------------------------------------------- */
 
 static void note_stop(notes *n) {
   if (n->fit->stop == HETAB_FIT_STOP_BUDGET)
@@ -70,8 +69,7 @@ static void note_fit_quality(notes *n) {
          100 * n->fit->error);
 }
 
-/* ---- the constraint ---------------------------------------------------------------------------
- */
+/* ---- the constraint -------------------------------------------------------------------------- */
 
 /* ", on the upper bound of slope, 1", where the fit without the constraint sits. */
 static void name_wished_bound(const hetab_fit_problem *p, char *text, size_t size) {
@@ -146,8 +144,7 @@ static void note_asked(notes *n) {
         asked, bound_words(n->fit), asked - room, theta, fmax(room, 0));
 }
 
-/* ---- unknowns ---------------------------------------------------------------------------------
- */
+/* ---- unknowns -------------------------------------------------------------------------------- */
 
 static void note_bounds(notes *n) {
   size_t on_low = 0;
@@ -197,8 +194,7 @@ static void note_undetermined(notes *n) {
             "else. Give tau or sigma0 from a height scan.");
 }
 
-/* ---- the measurements -------------------------------------------------------------------------
- */
+/* ---- the measurements ------------------------------------------------------------------------ */
 
 static int is_near_mirror(const hetab_directions *p) {
   double cosine =

@@ -10,8 +10,7 @@
 static const double LOG_FLOOR = 1e-2;
 enum { MOST_NEWTON = 60 };
 
-/* ---- states -----------------------------------------------------------------------------------
- */
+/* ---- states ---------------------------------------------------------------------------------- */
 
 hetab_status hetab_fit_state_create(const hetab_fit_problem *problem, hetab_fit_state *state) {
   *state = (hetab_fit_state){.q = HUGE_VAL, .spare = -HUGE_VAL};
@@ -48,8 +47,7 @@ int hetab_fit_feasible(const hetab_fit_state *state) {
   return state->spare >= -HETAB_FIT_SLACK;
 }
 
-/* ---- quantities -------------------------------------------------------------------------------
- */
+/* ---- quantities ------------------------------------------------------------------------------ */
 
 void hetab_fit_values_at(const hetab_fit_problem *problem, const double *x, double *value) {
   const hetab_fit_parameter *p = problem->options.parameters;
@@ -81,8 +79,7 @@ double hetab_fit_residual(const hetab_fit_problem *problem, size_t i, double f, 
   return log((f + floor) / (problem->data.measured[i] + floor));
 }
 
-/* ---- the diffuse part -------------------------------------------------------------------------
- */
+/* ---- the diffuse part ------------------------------------------------------------------------ */
 
 /* Sums over a group's values at the diffuse part a: of the squares, and of the normal equation for
  * a step of a. */
@@ -165,8 +162,7 @@ void hetab_fit_solve_diffuse(const hetab_fit_problem *problem, const unsigned *t
   }
 }
 
-/* ---- evaluation -------------------------------------------------------------------------------
- */
+/* ---- evaluation ------------------------------------------------------------------------------ */
 
 static hetab_status find_room(hetab_fit_problem *p, hetab_fit_state *state) {
   HETAB_TRY(

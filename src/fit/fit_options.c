@@ -49,8 +49,7 @@ const char *hetab_fit_end_name(hetab_fit_end end) {
   return name_in(names, 5, (size_t)end);
 }
 
-/* ---- checks -----------------------------------------------------------------------------------
- */
+/* ---- checks ---------------------------------------------------------------------------------- */
 
 static hetab_status check_parameter(hetab_context *ctx, const rule *r, hetab_fit_parameter *p) {
   if (p->free && p->low == 0 && p->high == 0) {

@@ -37,8 +37,7 @@ typedef struct search {
   size_t fixed; /* of the unknowns, one that stays where it is; free_count: none */
 } search;
 
-/* ---- evaluations ------------------------------------------------------------------------------
- */
+/* ---- evaluations ----------------------------------------------------------------------------- */
 
 static int is_better(const hetab_fit_state *a, const hetab_fit_state *b) {
   return hetab_fit_feasible(a) && (a->q < b->q || !hetab_fit_feasible(b));
@@ -113,8 +112,7 @@ static double nlopt_constraint(unsigned n, const double *x, double *gradient, vo
   return value_and_gradient(user, constraint_of, x, gradient);
 }
 
-/* ---- one run ----------------------------------------------------------------------------------
- */
+/* ---- one run --------------------------------------------------------------------------------- */
 
 /* From x to the best feasible point that the run meets, in s->best; x moves to where it ended. */
 static hetab_status run(search *s, nlopt_algorithm algorithm, double tolerance, int evaluations,
@@ -143,8 +141,7 @@ static hetab_status run(search *s, nlopt_algorithm algorithm, double tolerance, 
   return s->status;
 }
 
-/* ---- starts -----------------------------------------------------------------------------------
- */
+/* ---- starts ---------------------------------------------------------------------------------- */
 
 /* The given start, if all that is free has one. */
 static int given_start(const hetab_fit_problem *p, double *x) {
@@ -171,8 +168,7 @@ static int near(const hetab_fit_problem *p, const double *a, const double *b, do
   return 1;
 }
 
-/* ---- lattices ---------------------------------------------------------------------------------
- */
+/* ---- lattices -------------------------------------------------------------------------------- */
 
 /* A lattice over the bounds that holds a start: the objective has other minima far from the best,
  * lobes much narrower than the measurements' spacing for one. */
@@ -237,8 +233,7 @@ static size_t next_dip(const lattice *l, size_t n, double least) {
   return best;
 }
 
-/* ---- runs -------------------------------------------------------------------------------------
- */
+/* ---- runs ------------------------------------------------------------------------------------ */
 
 static hetab_status run_one(search *s, double *x, hetab_fit_start *start, hetab_fit_state *end) {
   double tolerance = s->problem->options.derivative_free ? FINE : COARSE;
@@ -308,8 +303,7 @@ static hetab_status run_starts(search *s, hetab_fit *fit, hetab_fit_state *ends)
   return run_probes(s, &first, fit, ends);
 }
 
-/* ---- the distinct ends, to the last digit ------------------------------------------------------
- */
+/* ---- the distinct ends, to the last digit ---------------------------------------------------- */
 
 /* The best end that is not near one of the polished; start_count: none. */
 static size_t next_end(const hetab_fit_problem *p, const hetab_fit_state *ends, size_t count,
@@ -351,8 +345,7 @@ static hetab_status polish(search *s, hetab_fit_state *ends, size_t count) {
   return status;
 }
 
-/* ---- the whole --------------------------------------------------------------------------------
- */
+/* ---- the whole ------------------------------------------------------------------------------- */
 
 static void choose(const search *s, const hetab_fit_state *ends, hetab_fit *fit,
                    hetab_fit_state *best) {

@@ -29,7 +29,7 @@ struct hetab_rgl_model {
   hetab_fold *fold;         /* NULL: the delta is left out */
   double (*weights)[3];     /* to linear sRGB; NULL: the bands themselves */
   double *wavelengths_um;
-  char description[256];
+  char description[320];
   size_t clamped; /* values of linear sRGB below 0, set to 0 */
   hetab_rgl_source source;
 };
