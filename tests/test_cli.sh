@@ -429,6 +429,17 @@ check "audit: its energy is that of the surface" json "
      for t, row in enumerate(rho) for c, ch in enumerate(r['channels'])))(
  d['results'][0], __import__('json').load(open('judged/rgb.json'))['reflectances'])"
 check "audit: its page has lobes" grep -q 'Lobes in the plane of incidence' judged/b.html
+printf 'sigma0_um: 0.03\ntau_um: 3\nindex: Fe\nwavelengths_nm: 400:700:10\n' >judged/steel.yml
+works "audit: folded tables" tabulate judged/steel.yml -o judged/f.bsdf -o judged/f.binary --specular-cone 2 -q
+"$program" reflectance judged/steel.yml --rgb --theta-i 0:89:90 --json >judged/rgb.json 2>err
+audits "audit: a folded delta is no table error" 0 judged/f.bsdf judged/f.binary --against judged/steel.yml \
+  --pairs 20000 --json
+check "audit: its energy is in the table" json "
+all(r['against']['specular']['share_in_table'] > 0.98 and not r['against']['specular']['beside_table'] and
+    'in the table as a lobe' in str(r['checks']) for r in d['results']) and
+all(abs(ch['rho_dh'][t] / row['rgb'][c] - 1) < 0.01 + ch['error'][t] for t, row in
+    enumerate(__import__('json').load(open('judged/rgb.json'))['reflectances']) if t <= 85
+    for c, ch in enumerate(d['results'][0]['channels']))"
 mkdir no-opencl
 export OCL_ICD_VENDORS=$work/no-opencl/
 audits "audit: no device for a table alone" 0 judged/t.h5 --no-reference
