@@ -127,17 +127,16 @@ static void write_key(FILE *out, const predict_report *r) {
 
 static void write_wavelength(FILE *out, const predict_report *r, size_t wavelength) {
   size_t first = wavelength * r->theta_i_count;
-  fprintf(out, "<section><h2>%.6g nm</h2><div class=\"plots\">",
-          1000 * r->prediction->curves[first].lambda_um);
+  fprintf(out, "<section><h2>%.6g nm</h2>\n", 1000 * r->prediction->curves[first].lambda_um);
+  write_key(out, r);
+  fputs("<div class=\"plots\">", out);
   for (int log_scale = 0; log_scale < 2; log_scale++)
     plot_all(out, r, wavelength, log_scale);
   int scales = r->measurements ? 2 : 1; /* without points one curve alone is seen well enough */
   for (size_t i = 0; i < r->theta_i_count; i++)
     for (int log_scale = 0; log_scale < scales; log_scale++)
       plot_one(out, r, first + i, log_scale);
-  fputs("</div>", out);
-  write_key(out, r);
-  fputs("</section>\n", out);
+  fputs("</div></section>\n", out);
 }
 
 /* ---- tables -------------------------------------------------------------------------------- */
