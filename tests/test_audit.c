@@ -6,6 +6,8 @@
 
 #include "audit/merl_energy.h"
 #include "core/random.h"
+#include "rgl/rgl_build.h"
+#include "rgl/rgl_internal.h"
 
 static const double pi = 3.14159265358979323846;
 
@@ -504,6 +506,97 @@ static void test_repair_refusals(void **state) {
   assert_int_equal(count_files("."), 3);
 }
 
+/* ---- RGL tables ---- */
+
+static hetab_status white_pairs(hetab_context *ctx, void *user, const hetab_directions *pairs,
+                                size_t count, double *values) {
+  for (size_t i = 0; i < 3 * count; i++)
+    values[i] = white();
+  return HETAB_OK;
+}
+
+static hetab_rgl *white_rgl(hetab_context *ctx, hetab_rgl_report *report) {
+  const hetab_rgl_source source = {.channels = 3, .values = white_pairs};
+  const hetab_rgl_options options = {.table_error = 0.01};
+  hetab_rgl *rgl;
+  assert_ok(ctx, hetab_rgl_build(ctx, &source, &options, &rgl, report));
+  return rgl;
+}
+
+/* White as the table has it: 1, within its own error and that of the integral. */
+static void test_white_rgl(void **state) {
+  hetab_context *ctx = ((fixture *)*state)->ctx;
+  hetab_rgl_report report;
+  hetab_rgl *rgl = white_rgl(ctx, &report);
+  assert_ok(ctx, hetab_rgl_save(ctx, rgl, "w.bsdf", 0));
+  hetab_audit *audit = audit_table(ctx, "w.bsdf", &(hetab_audit_options){.views = 1});
+  assert_int_equal(audit->kind, HETAB_AUDIT_RGL);
+  assert_others_pass(audit, (const char *const[]){"energy", NULL}); /* 1.013 at 89 degrees */
+  for (int i = 20; i < HETAB_AUDIT_LOBE - 20; i++)                  /* to 80 degrees */
+    assert_true(fabs(audit->views[1].lobe[i] * pi - 1) < 0.05);
+  assert_true(audit->views[1].lobe[0] == 0 && audit->views[1].lobe[HETAB_AUDIT_LOBE - 1] == 0);
+  for (size_t i = 0; i < audit->channel_count * audit->theta_count; i++) {
+    const hetab_energy *e = &audit->energy[i];
+    double allowed = i % audit->theta_count <= 80 ? report.bias : 0.02;
+    if (!(fabs(e->dh - 1) <= fabs(allowed) + e->error && e->error <= 2e-3))
+      fail_msg("%zu deg: %.6f, error %.1e, bias %.1e", i % audit->theta_count, e->dh, e->error,
+               report.bias);
+  }
+  hetab_audit_free(audit);
+  hetab_rgl_free(rgl);
+}
+
+/* f cos(theta_r) = albedo / (2 pi) everywhere, as files with jacobian 0 may say: the energy is the
+ * albedo at every incidence. At one of cosine c the mean of |f(i, r) - f(r, i)| over that of f(i,
+ * r) is (c^2 + (1 - c)^2) / 2 c. */
+static void test_constant_rgl(void **state) {
+  hetab_context *ctx = ((fixture *)*state)->ctx;
+  hetab_rgl_report made;
+  hetab_rgl *rgl = white_rgl(ctx, &made);
+  size_t nodes = rgl->theta_i_count * rgl->channels * rgl->resolution * rgl->resolution;
+  rgl->jacobian = 0;
+  for (size_t i = 0; i < nodes; i++)
+    rgl->spectra[i] = (float)(albedo / (2 * pi));
+  double wanted = 0, all = 0;
+  for (int t = 0; t < 90; t++) {
+    double c = cos(t * pi / 180), s = sin(t * pi / 180);
+    wanted += s * (c * c + (1 - c) * (1 - c)) / 2;
+    all += s * c;
+  }
+  assert_ok(ctx, hetab_rgl_save(ctx, rgl, "c.bsdf", 0));
+  hetab_audit *audit = audit_table(ctx, "c.bsdf", &alone);
+  for (size_t i = 0; i < audit->channel_count * audit->theta_count; i++)
+    if (!(fabs(audit->energy[i].dh - albedo) <= audit->energy[i].error))
+      fail_msg("%zu: %.6f, error %.1e", i, audit->energy[i].dh, audit->energy[i].error);
+  const hetab_check *check = hetab_audit_check(audit, "reciprocity");
+  assert_int_equal(check->verdict, HETAB_WARN);
+  assert_true(fabs(check->value - wanted / all) < 0.003); /* 0.656 of 0.658 */
+  assert_check(audit, "bilateral", HETAB_PASS, "both sides");
+  hetab_audit_free(audit);
+  hetab_rgl_free(rgl);
+}
+
+/* Damage is a finding; what no reader takes for a table is none. */
+static void test_rgl_structure(void **state) {
+  hetab_context *ctx = ((fixture *)*state)->ctx;
+  hetab_rgl_report made;
+  hetab_rgl *rgl = white_rgl(ctx, &made);
+  hetab_repair_report report;
+  hetab_audit *audit;
+  assert_ok(ctx, hetab_rgl_save(ctx, rgl, "w.bsdf", 0));
+  assert_failure(ctx, hetab_repair(ctx, "w.bsdf", "new.bsdf", 0, 0, 0, &report),
+                 HETAB_ERR_UNSUPPORTED, "convert it to HDF5");
+  assert_int_equal(truncate("w.bsdf", 30000), 0);
+  audit = audit_table(ctx, "w.bsdf", &alone);
+  assert_check(audit, "structure", HETAB_FAIL, "30000 bytes");
+  hetab_audit_free(audit);
+  put_file("data.csv", "theta_i,brdf\n0,1\n", 17);
+  assert_failure(ctx, hetab_audit_table(ctx, NULL, "data.csv", &alone, &audit), HETAB_ERR_PARSE,
+                 "'data.csv' is no table");
+  assert_null(audit);
+  hetab_rgl_free(rgl);
+}
+
 /* ---- surfaces ---- */
 
 static void test_presets(void **state) {
@@ -625,7 +718,8 @@ int main(void) {
       TEST(test_truncated_h5),      TEST(test_broken_merl),     TEST(test_merl_structure),
       TEST(test_bright_merl),       TEST(test_separability),    TEST(test_repair_h5),
       TEST(test_repair_merl),       TEST(test_repair_refusals), TEST(test_presets),
-      TEST(test_largest_a),         TEST(test_against),
+      TEST(test_largest_a),         TEST(test_against),         TEST(test_white_rgl),
+      TEST(test_constant_rgl),      TEST(test_rgl_structure),
   };
   return cmocka_run_group_tests(tests, open_engine, close_engine);
 }

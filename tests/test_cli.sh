@@ -411,9 +411,22 @@ audits "audit: quiet" 0 judged/t.binary --quiet
 check "audit: quiet says nothing" test ! -s out
 audits "audit: threshold" 3 judged/t.h5 --max-error 1e-9 --pairs 1000
 check "audit: the failed check" has '^  FAIL table_error'
+works "audit: an RGL table" tabulate BBQAL2 -o judged/b.bsdf --quiet
+"$program" reflectance BBQAL2 --rgb --theta-i 0:89:90 --json >judged/rgb.json 2>err
+audits "audit: an RGL table against the model" 0 judged/b.bsdf --against BBQAL2 --pairs 20000 --json \
+  --html judged/b.html
+check "audit: its energy is that of the surface" json "
+(lambda r, rho: r['kind'] == 'rgl' and r['lookup'] == 'interpolate' and r['dimensions'] == [3] and
+ r['against']['all']['relative_l1'] < 0.01 and r['against']['specular']['share_in_table'] > 0.99 and
+ all(abs(ch['rho_dh'][t] / row['rgb'][c] - 1) < (0.0033 if t <= 80 else 0.1) + ch['error'][t] and
+     ch['error'][t] < 2e-3
+     for t, row in enumerate(rho) for c, ch in enumerate(r['channels'])))(
+ d['results'][0], __import__('json').load(open('judged/rgb.json'))['reflectances'])"
+check "audit: its page has lobes" grep -q 'Lobes in the plane of incidence' judged/b.html
 mkdir no-opencl
 export OCL_ICD_VENDORS=$work/no-opencl/
 audits "audit: no device for a table alone" 0 judged/t.h5 --no-reference
+audits "audit: nor for an RGL table" 0 judged/b.bsdf
 unset OCL_ICD_VENDORS
 
 cp judged/t.binary judged/broken.binary
@@ -471,6 +484,9 @@ refuses "audit: unknown reference" 1 "NOSUCH" audit judged/t.binary --against NO
 refuses "audit: bad lookup" 2 "'nearest' is none of" audit BBQAL1 --lookup nearest
 refuses "audit: bad threshold" 2 "outside 0 to 10" audit BBQAL1 --max-excess -1
 refuses "audit: bands" 2 "mono takes one wavelength" audit judged/t.binary --merl-colour mono
+echo a,b >judged/data.csv
+refuses "audit: no table" 1 "'judged/data.csv' is no table" audit judged/data.csv
+refuses "audit: RGL is not repaired" 1 "convert it to HDF5" audit judged/b.bsdf --repair judged/n.bsdf
 refuses "audit: a directory" 1 "judged" audit judged
 audits "audit: noise" 3 judged/noise.h5
 check "audit: nothing overwritten" test "$(cat judged/old.html judged/old.binary)" = \

@@ -55,7 +55,16 @@ refuses "unknown ending" 1 "x\.exr.*\.bsdf" convert a.binary x.exr
 refuses "no such input" 1 "none\.h5" convert none.h5 x.binary
 refuses "itself" 1 "one file" convert a.binary a.binary --force
 refuses "bad grid" 1 "theta_i" convert a.binary x.h5 --theta-i 0:100:3
-refuses "audit of linear sRGB" 1 "convert" audit a.h5
+works "few incidences of linear sRGB" convert a.binary few.h5 -q \
+  --theta-i 0,30,60 --theta-r 0:90:181 --phi 0:180:181
+works "and their audit" audit few.h5 --json --max-excess 0.01 --max-asymmetry 1 \
+  --max-error 1e3 --against NGGAL
+check "by its channels, with the delta" json "
+(lambda r: [c['channel'] for c in r['channels']] == ['red', 'green', 'blue'] and
+ r['against']['specular']['beside_table'] and
+ all(abs(c['rho_dh'][t] / c['fresnel'][t] - 1) < 0.01 for c in r['channels'] for t in range(3)))(d['results'][0])"
+works "and repair" audit few.h5 -q --max-excess 0.01 --max-asymmetry 1 \
+  --repair mended.h5 --scale-energy --no-reference
 head -c 100000 a.binary >short.binary
 head -c 3000 a.bsdf >short.bsdf
 head -c 20000 a.h5 >short.h5

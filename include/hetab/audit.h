@@ -18,7 +18,8 @@ extern "C" {
 typedef enum hetab_audit_kind {
   HETAB_AUDIT_SURFACE,
   HETAB_AUDIT_MERL,
-  HETAB_AUDIT_H5
+  HETAB_AUDIT_H5,
+  HETAB_AUDIT_RGL
 } hetab_audit_kind;
 
 typedef enum hetab_verdict { HETAB_PASS, HETAB_WARN, HETAB_FAIL } hetab_verdict;
@@ -50,7 +51,7 @@ typedef struct hetab_energy {
   double dh;       /* dd + specular + ud: all that leaves */
   double error;    /* of dh; tables: of the integral over what the lookup gives */
   double dd;       /* surface: directional-diffuse; table: all that is looked up */
-  double specular; /* rho_s; HDF5: as the file has it; MERL: 0 */
+  double specular; /* rho_s; HDF5: as the file has it; RGL: of the .specular.csv beside; MERL: 0 */
   double ud;       /* surface: uniform-diffuse; table: 0, it is in dd */
   double fresnel;  /* the polished material's; NaN: unknown */
   double model;    /* tables with a reference: its dd + ud; else NaN */
@@ -125,7 +126,7 @@ typedef struct hetab_audit {
   double sigma0_um, tau_um; /* of the surface, or the reference; 0: unknown */
   hetab_reading lookup;     /* tables */
   unsigned long long bytes; /* tables: size of the file */
-  size_t dims[4];           /* tables: as in the file, slowest first; 0: fewer */
+  size_t dims[4];           /* tables: as in the file, slowest first; 0: fewer; RGL: the channels */
   hetab_check checks[HETAB_AUDIT_CHECKS];
   size_t check_count;
   size_t channel_count, theta_count;
@@ -147,12 +148,12 @@ typedef struct hetab_audit_options {
   hetab_reading lookup;
   double tolerance;     /* of the integrals over a MERL lookup, relative to 1; 0: 1e-3 */
   double max_excess;    /* rho_dh may exceed its bounds by this much beyond the error; 0: not */
-  double max_asymmetry; /* relative; 0: 1e-3 */
+  double max_asymmetry; /* relative; 0: 1e-3; RGL: at least 0.02, in L1 */
   double max_error;     /* relative L1 against the model: FAIL above; 0: 0.25 */
   double max_missing;   /* white-sky energy of a missing specular term: WARN above; 0: 0.01 */
   const hetab_surface *against; /* tables; NULL: the parameters in the file, if it has them */
   int no_reference;             /* do not compare, even if the file has parameters */
-  hetab_merl_colour colour;     /* MERL with `against`: what its channels are */
+  hetab_merl_colour colour;     /* three channels with `against`: what they are */
   double band_um[3];
   size_t pairs;  /* direction pairs of the comparison; 0: 1e6 */
   unsigned seed; /* of them */
@@ -164,9 +165,13 @@ hetab_status hetab_audit_surface(hetab_context *ctx, hetab_engine *engine,
                                  const hetab_surface *surface, const hetab_audit_options *options,
                                  hetab_audit **out);
 
-/* A MERL (.binary) or HDF5 file, told apart by its first bytes. A file that is damaged, truncated
- * or of wrong dimensions is a finding (check "structure"), not a failure; one that cannot be read
- * is HETAB_ERR_IO. engine is needed for a reference only; may be NULL with no_reference. */
+/* An HDF5 (spectral or linear sRGB), MERL (.binary) or RGL (.bsdf) file, told apart by its first
+ * bytes. RGL tables are looked up by <hetab/lookup.h>, their energy is integrated over its samples:
+ * `error` is at most 2e-3 for white and BBQAL2 (tests/test_audit.c, test_cli.sh); reciprocity is
+ * judged by its L1.
+ * A file that is damaged, truncated or of wrong dimensions is a finding (check "structure"), not a
+ * failure; one that is no table by its first bytes nor its name is HETAB_ERR_PARSE; one that cannot
+ * be read is HETAB_ERR_IO. engine is needed for a reference only; may be NULL with no_reference. */
 hetab_status hetab_audit_table(hetab_context *ctx, hetab_engine *engine, const char *path,
                                const hetab_audit_options *options, hetab_audit **out);
 
@@ -177,7 +182,8 @@ hetab_verdict hetab_audit_verdict(const hetab_audit *audit);
 const hetab_check *hetab_audit_check(const hetab_audit *audit, const char *name);
 
 const char *hetab_verdict_name(hetab_verdict verdict);    /* "PASS" */
-const char *hetab_audit_kind_name(hetab_audit_kind kind); /* "surface", "merl", "hdf5" */
+const char *hetab_audit_kind_name(hetab_audit_kind kind); /* "surface", "merl", "hdf5",
+                                                           * "rgl" */
 const char *hetab_reading_name(hetab_reading lookup);     /* "truncate" */
 
 /* What a repair changed. */
@@ -191,11 +197,11 @@ typedef struct hetab_repair_report {
   double smallest_scale;                 /* 1: none */
 } hetab_repair_report;
 
-/* Writes a repaired copy of the table: finite, non-negative, reciprocal (MERL: by its format; HDF5:
- * where theta_i and theta_r have the same entries) and, if scale_energy, scaled so that rho_dh <= 1
- * at every incidence as `lookup` sees it. An entry gets the smaller scale of its two directions,
- * which keeps it reciprocal (without the same entries: that of theta_i). Everything else in the
- * file stays. Refuses to write over its own input: HETAB_ERR_ARGUMENT. */
+/* Writes a repaired copy of the table, HDF5 or MERL: finite, non-negative, reciprocal (MERL: by its
+ * format; HDF5: where theta_i and theta_r have the same entries) and, if scale_energy, scaled so
+ * that rho_dh <= 1 at every incidence as `lookup` sees it. An entry gets the smaller scale of its
+ * two directions, which keeps it reciprocal (without the same entries: that of theta_i). Everything
+ * else in the file stays. Refuses to write over its own input: HETAB_ERR_ARGUMENT. */
 hetab_status hetab_repair(hetab_context *ctx, const char *path, const char *out_path,
                           hetab_reading lookup, int scale_energy, int overwrite,
                           hetab_repair_report *report);

@@ -227,9 +227,10 @@ const char *hetab_verdict_name(hetab_verdict verdict) {
 }
 
 const char *hetab_audit_kind_name(hetab_audit_kind kind) {
-  return kind == HETAB_AUDIT_SURFACE
-             ? "surface"
-             : hetab_format_word(kind == HETAB_AUDIT_H5 ? HETAB_FORMAT_H5 : HETAB_FORMAT_MERL);
+  static const hetab_format formats[] = {[HETAB_AUDIT_MERL] = HETAB_FORMAT_MERL,
+                                         [HETAB_AUDIT_H5] = HETAB_FORMAT_H5,
+                                         [HETAB_AUDIT_RGL] = HETAB_FORMAT_RGL};
+  return kind == HETAB_AUDIT_SURFACE ? "surface" : hetab_format_word(formats[kind]);
 }
 
 const char *hetab_reading_name(hetab_reading lookup) {

@@ -38,11 +38,14 @@ static hetab_status describe(job *j) {
   HETAB_TRY(hetab_audit_size(j->ctx, audit, bands, hetab_grid_count(grid, HETAB_THETA_I)));
   memcpy(audit->theta_i, hetab_grid_radians(grid, HETAB_THETA_I),
          audit->theta_count * sizeof *audit->theta_i);
-  audit->lambda_um = hetab_alloc(j->ctx, bands, sizeof *audit->lambda_um);
+  const double *lambda_um = hetab_h5_wavelengths_um(j->file); /* NULL: linear sRGB */
+  if (lambda_um)
+    audit->lambda_um = hetab_alloc(j->ctx, bands, sizeof *audit->lambda_um);
   j->specular = hetab_alloc(j->ctx, bands * audit->theta_count, sizeof *j->specular);
-  if (!audit->lambda_um || !j->specular)
+  if ((lambda_um && !audit->lambda_um) || !j->specular)
     return HETAB_ERR_MEMORY;
-  memcpy(audit->lambda_um, hetab_h5_wavelengths_um(j->file), bands * sizeof *audit->lambda_um);
+  if (lambda_um)
+    memcpy(audit->lambda_um, lambda_um, bands * sizeof *audit->lambda_um);
   audit->view_channel = bands / 2;
   return hetab_h5_read_specular(j->ctx, j->file, j->specular);
 }
@@ -53,22 +56,28 @@ static void note_dims(job *j) {
     j->audit->dims[axis + 1] = hetab_grid_count(hetab_h5_grid(j->file), (hetab_axis)axis);
 }
 
+static hetab_status model_of_file(job *j) {
+  size_t count = j->audit->channel_count;
+  hetab_band *bands = hetab_alloc(j->ctx, count, sizeof *bands);
+  hetab_status status = bands ? hetab_h5_bands(j->ctx, j->file, bands) : HETAB_ERR_MEMORY;
+  if (status == HETAB_OK)
+    status = hetab_model_of_bands(j->ctx, j->options->against, j->audit->sigma0_um,
+                                  j->audit->tau_um, bands, count, &j->model);
+  free(bands);
+  return status;
+}
+
 /* The surface given, or the file's parameters. A file without them is compared with nothing. */
 static hetab_status open_model(job *j) {
-  size_t count = j->audit->channel_count;
   hetab_audit *audit = j->audit;
-  int known = hetab_h5_number(j->ctx, j->file, "sigma0_um", &audit->sigma0_um) == HETAB_OK &&
+  int known = audit->lambda_um &&
+              hetab_h5_number(j->ctx, j->file, "sigma0_um", &audit->sigma0_um) == HETAB_OK &&
               hetab_h5_number(j->ctx, j->file, "tau_um", &audit->tau_um) == HETAB_OK &&
               audit->sigma0_um > 0 && audit->tau_um > 0;
   if (j->options->no_reference || (!known && !j->options->against))
     return HETAB_OK;
-  hetab_band *bands = hetab_alloc(j->ctx, count, sizeof *bands);
-  hetab_status status = bands ? hetab_h5_bands(j->ctx, j->file, bands) : HETAB_ERR_MEMORY;
-  if (status == HETAB_OK)
-    status = hetab_model_of_bands(j->ctx, j->options->against, audit->sigma0_um, audit->tau_um,
-                                  bands, count, &j->model);
-  free(bands);
-  HETAB_TRY(status);
+  HETAB_TRY(audit->lambda_um ? model_of_file(j)
+                             : hetab_model_of_colour(j->ctx, j->options, &j->model));
   audit->sigma0_um = j->model.sigma0_um;
   audit->tau_um = j->model.tau_um;
   audit->against = hetab_alloc(j->ctx, 1, sizeof *audit->against);
@@ -82,7 +91,7 @@ static hetab_status open_model(job *j) {
 
 /* ---- one wavelength ------------------------------------------------------------------------ */
 
-static void read_pair(const void *user, double theta_i, double theta_r, double phi,
+static void read_pair(const void *user, size_t first, double theta_i, double theta_r, double phi,
                       double *channels) {
   *channels = hetab_dense_table_read(user, theta_i, theta_r, phi);
 }
@@ -120,14 +129,14 @@ static void fill_energy(job *j, size_t wavelength) {
 }
 
 static hetab_status view_wavelength(job *j, size_t wavelength) {
-  double weight = 1;
   if (!j->options->views || wavelength != j->audit->view_channel)
     return HETAB_OK;
   HETAB_TRY(hetab_views_of_table(j->ctx, j->audit, read_view, &j->table));
   if (!j->model.bands)
     return HETAB_OK;
   return hetab_views_of_model(j->ctx, j->engine, j->model.sigma0_um, j->model.tau_um,
-                              &j->model.bands[wavelength], &weight, 1, j->audit);
+                              j->model.bands, j->model.weights + wavelength * j->model.band_count,
+                              j->model.band_count, j->audit);
 }
 
 /* Of one wavelength. */
@@ -192,7 +201,7 @@ static hetab_status run(job *j) {
 hetab_status hetab_audit_h5(hetab_context *ctx, hetab_engine *engine, const char *path,
                             const hetab_audit_options *o, hetab_audit *audit) {
   job j = {.ctx = ctx, .engine = engine, .options = o, .audit = audit};
-  hetab_status opened = hetab_h5_open(ctx, path, &j.file);
+  hetab_status opened = hetab_h5_open_any(ctx, path, &j.file);
   if (opened == HETAB_OK)
     note_dims(&j);
   hetab_status status = hetab_audit_structure(ctx, opened, audit);

@@ -1,6 +1,7 @@
 #include "audit/pairs.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -141,7 +142,7 @@ typedef struct sheet {
   hetab_context *ctx;
   hetab_engine *engine;
   const hetab_model *model;
-  size_t first, channels, bands; /* of the table; of the model, from the same number on */
+  size_t first, channels, first_band, bands; /* of the table; of the model */
   hetab_pair_fn table;
   const void *user;
   hetab_pairs *pairs;
@@ -155,7 +156,7 @@ typedef struct sheet {
 /* Standard deviation of the lobe in the plane of direction cosines, at the middle band: the model
  * is a mixture over m, about g, of Gaussians of variance 2m / (2 pi tau / lambda)^2 an axis. */
 static double lobe_width(const sheet *s) {
-  const hetab_band *band = &s->model->bands[s->first + s->bands / 2];
+  const hetab_band *band = &s->model->bands[s->first_band + s->bands / 2];
   double wave = 2 * M_PI / band->lambda_um, cosine = cos(s->theta_i);
   double g = 4 * wave * wave * s->model->sigma0_um * s->model->sigma0_um * cosine * cosine;
   return sqrt(2 * fmax(g, 1)) / (wave * s->model->tau_um);
@@ -166,7 +167,7 @@ static hetab_status mix_slab(hetab_context *ctx, void *user, const hetab_slab *s
   size_t count = s->theta_r.count * s->phi.count;
   for (size_t c = 0; c < s->channels; c++) {
     double weight =
-        s->model->weights[(s->first + c) * s->model->band_count + s->first + slab->wavelength];
+        s->model->weights[(s->first + c) * s->model->band_count + s->first_band + slab->wavelength];
     double *to = s->reference + c * count;
     for (size_t i = 0; i < count && weight != 0; i++)
       to[i] += weight * hetab_slab_value(s->engine, slab->values, i);
@@ -207,7 +208,7 @@ static void compare_pair(sheet *s, size_t r, size_t p, double lobe) {
   hetab_error_sum *bin = &s->pairs->theta_i[bin_of(s->theta_i, HETAB_ERROR_BINS)];
   place->pairs++;
   bin->pairs++;
-  s->table(s->user, s->theta_i, theta_r, flip ? -phi : phi, channels);
+  s->table(s->user, s->first, s->theta_i, theta_r, flip ? -phi : phi, channels);
   for (size_t c = 0; c < s->channels; c++) {
     /* out of gamut: tables hold 0 where a channel would be negative */
     double f = fmax(s->reference[(c * s->theta_r.count + r) * s->phi.count + p], 0);
@@ -246,11 +247,13 @@ hetab_status hetab_pairs_add(hetab_context *ctx, hetab_engine *engine, const het
                              size_t first, size_t channels, size_t count, hetab_pair_fn table,
                              const void *user, hetab_pairs *pairs) {
   size_t side = (size_t)fmax(ceil(cbrt((double)count)), 2);
-  size_t bands = model->channel_count == model->band_count ? channels : model->band_count;
+  bool own_bands = model->channel_count == model->band_count;
+  size_t first_band = own_bands ? first : 0, bands = own_bands ? channels : model->band_count;
   sheet s = {.ctx = ctx,
              .model = model,
              .first = first,
              .channels = channels,
+             .first_band = first_band,
              .bands = bands,
              .table = table,
              .user = user,
@@ -260,7 +263,7 @@ hetab_status hetab_pairs_add(hetab_context *ctx, hetab_engine *engine, const het
   HETAB_GOTO(make_drawn(ctx, side, &s.theta_r));
   HETAB_GOTO(make_drawn(ctx, side, &s.phi));
   HETAB_GOTO(hetab_grid_create(ctx, &s.grid));
-  HETAB_GOTO(hetab_model_surface(ctx, model, first, bands, &s.surface));
+  HETAB_GOTO(hetab_model_surface(ctx, model, first_band, bands, &s.surface));
   s.reference = hetab_alloc(ctx, channels * side * side, sizeof *s.reference);
   if (!s.reference)
     HETAB_GOTO(HETAB_ERR_MEMORY);

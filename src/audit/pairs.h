@@ -7,9 +7,10 @@
 #include "audit/audit_internal.h"
 #include "audit/reference.h"
 
-/* The table's channels first ... first + count - 1 at a direction pair; radians. */
-typedef void (*hetab_pair_fn)(const void *user, double theta_i, double theta_r, double phi,
-                              double *channels);
+/* The table's channels from `first` on, as many as are compared together, at a direction pair;
+ * radians. */
+typedef void (*hetab_pair_fn)(const void *user, size_t first, double theta_i, double theta_r,
+                              double phi, double *channels);
 
 enum { HETAB_ERROR_LEVELS = 1200 };
 
@@ -30,7 +31,8 @@ typedef struct hetab_pairs {
 
 /* Draws about `count` pairs: theta_i stratified under uniform light; theta_r and phi half of the
  * time so too, half of the time about the lobe. The model is evaluated as tables are, on a grid of
- * theta_r and phi for every theta_i. Channels and bands of the model from `first` on. */
+ * theta_r and phi for every theta_i. Channels from `first` on; each is of a band of
+ * its own, or of all of the model's. */
 hetab_status hetab_pairs_add(hetab_context *ctx, hetab_engine *engine, const hetab_model *model,
                              size_t first, size_t channels, size_t count, hetab_pair_fn table,
                              const void *user, hetab_pairs *pairs);

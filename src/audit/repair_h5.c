@@ -59,7 +59,7 @@ static hetab_status mend_wavelength(job *j, size_t wavelength) {
 
 static hetab_status run(job *j, const char *path, const char *out_path, hetab_reading lookup,
                         int overwrite) {
-  HETAB_TRY(hetab_h5_open(j->ctx, path, &j->file));
+  HETAB_TRY(hetab_h5_open_any(j->ctx, path, &j->file));
   HETAB_TRY(hetab_dense_table_create(j->ctx, hetab_h5_grid(j->file), lookup, &j->table));
   size_t count = hetab_h5_wavelength_count(j->file), incidences = j->table.count[HETAB_THETA_I];
   j->same_axes = hetab_dense_table_same_axes(&j->table);

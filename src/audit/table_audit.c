@@ -2,9 +2,11 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "audit/dense_table.h"
+#include "audit/views.h"
 
 hetab_status hetab_audit_structure(hetab_context *ctx, hetab_status opened, hetab_audit *audit) {
   if (opened == HETAB_ERR_PARSE) {
@@ -18,8 +20,8 @@ hetab_status hetab_audit_structure(hetab_context *ctx, hetab_status opened, heta
     size_t used = strlen(dims);
     snprintf(dims + used, sizeof dims - used, "%s%zu", i ? " x " : "", audit->dims[i]);
   }
-  hetab_audit_add(audit, "structure", HETAB_PASS, (double)audit->bytes, 0, "%s entries, %llu bytes",
-                  dims, audit->bytes);
+  hetab_audit_add(audit, "structure", HETAB_PASS, (double)audit->bytes, 0, "%s %s, %llu bytes",
+                  dims, audit->dims[1] ? "entries" : "channels", audit->bytes);
   return HETAB_OK;
 }
 
@@ -72,4 +74,101 @@ void hetab_audit_judge_against(const hetab_audit_options *o, const double *specu
                   100 * e->relative_l1, e->pairs, 100 * e->bias, 100 * e->p50, 100 * e->p95,
                   100 * a->on_lobe.relative_l1);
   judge_specular(o, audit);
+}
+
+/* ---- tables that are read as a whole ------------------------------------------------------- */
+
+typedef struct reader {
+  hetab_pair_fn table;
+  const void *user;
+  size_t first, channel; /* of those read together, the one that is looked at */
+} reader;
+
+static double read_view(const void *user, double theta_i, double theta_r, double phi) {
+  const reader *r = user;
+  double channels[3];
+  r->table(r->user, r->first, theta_i, theta_r, phi, channels);
+  return channels[r->channel];
+}
+
+static hetab_status open_model(hetab_context *ctx, const hetab_audit_options *o, hetab_audit *audit,
+                               hetab_model *model) {
+  size_t count = audit->channel_count;
+  if (!audit->lambda_um)
+    return hetab_model_of_colour(ctx, o, model);
+  hetab_band *bands = hetab_alloc(ctx, count, sizeof *bands);
+  if (!bands)
+    return HETAB_ERR_MEMORY;
+  for (size_t b = 0; b < count; b++)
+    bands[b].lambda_um = audit->lambda_um[b];
+  hetab_status status = hetab_model_of_bands(ctx, o->against, 0.0, 0.0, bands, count, model);
+  free(bands);
+  return status;
+}
+
+static hetab_status add_pairs(hetab_context *ctx, hetab_engine *engine,
+                              const hetab_audit_options *o, const hetab_model *model,
+                              const reader *r, size_t count, hetab_audit *audit,
+                              hetab_pairs *pairs) {
+  size_t together = audit->lambda_um ? 1 : count;
+  double work = pairs->progress, step = work * (double)together / (double)count;
+  pairs->progress_step = step;
+  pairs->progress_total = 2.0 * work;
+  for (size_t first = 0; first < count; first += together, pairs->progress += step)
+    HETAB_TRY(hetab_pairs_add(ctx, engine, model, first, together,
+                              o->pairs * together / count + (together < count), r->table, r->user,
+                              pairs));
+  return HETAB_OK;
+}
+
+static hetab_status compare(hetab_context *ctx, hetab_engine *engine, const hetab_audit_options *o,
+                            const hetab_model *model, const reader *r, double work,
+                            hetab_audit *audit) {
+  double *specular = hetab_alloc(ctx, audit->channel_count, sizeof *specular);
+  hetab_pairs *pairs = hetab_alloc(ctx, 1, sizeof *pairs);
+  audit->against = hetab_alloc(ctx, 1, sizeof *audit->against);
+  hetab_status status = specular && pairs && audit->against ? HETAB_OK : HETAB_ERR_MEMORY;
+  audit->sigma0_um = model->sigma0_um;
+  audit->tau_um = model->tau_um;
+  if (status == HETAB_OK) {
+    pairs->random = o->seed;
+    pairs->progress = work;
+    hetab_hush hush = hetab_hush_begin(ctx);
+    status = hetab_model_energy(ctx, engine, model, audit, specular);
+    hetab_hush_end(ctx, hush);
+  }
+  if (status == HETAB_OK)
+    status = add_pairs(ctx, engine, o, model, r, audit->channel_count, audit, pairs);
+  if (status == HETAB_OK) {
+    hetab_pairs_finish(pairs, audit->against);
+    for (size_t i = 0; i < audit->channel_count * audit->theta_count; i++)
+      audit->against->specular_apart |= audit->energy[i].specular > 0.0;
+    hetab_audit_judge_against(o, specular, audit);
+    hetab_check_fresnel(audit, o->max_excess);
+  }
+  free(specular);
+  free(pairs);
+  return status;
+}
+
+hetab_status hetab_audit_compare(hetab_context *ctx, hetab_engine *engine,
+                                 const hetab_audit_options *o, hetab_pair_fn table,
+                                 const void *user, double work, hetab_audit *audit) {
+  size_t view = audit->view_channel;
+  reader r = {table, user, audit->lambda_um ? view : 0, audit->lambda_um ? 0 : view};
+  hetab_model model = {0};
+  hetab_status status = HETAB_OK;
+  if (o->against && !o->no_reference) {
+    HETAB_GOTO(open_model(ctx, o, audit, &model));
+    HETAB_GOTO(compare(ctx, engine, o, &model, &r, work, audit));
+  }
+  if (o->views)
+    HETAB_GOTO(hetab_views_of_table(ctx, audit, read_view, &r));
+  if (o->views && model.bands)
+    HETAB_GOTO(hetab_views_of_model(ctx, engine, model.sigma0_um, model.tau_um, model.bands,
+                                    model.weights + view * model.band_count, model.band_count,
+                                    audit));
+done:
+  hetab_model_clear(&model);
+  return status;
 }

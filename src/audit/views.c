@@ -89,6 +89,8 @@ hetab_status hetab_views_of_model(hetab_context *ctx, hetab_engine *engine, doub
   hetab_value *values = hetab_alloc(ctx, LOBES, sizeof *values);
   hetab_status status = points && values ? HETAB_OK : HETAB_ERR_MEMORY;
   for (size_t b = 0; b < count && status == HETAB_OK; b++) {
+    if (weights[b] == 0.0)
+      continue;
     for (int i = 0; i < LOBES; i++) {
       points[i] = point_of(sigma0_um, tau_um, &bands[b], i / HETAB_AUDIT_LOBE);
       lobe_direction(i % HETAB_AUDIT_LOBE, &points[i].theta_r, &points[i].phi);
@@ -96,7 +98,7 @@ hetab_status hetab_views_of_model(hetab_context *ctx, hetab_engine *engine, doub
     status = hetab_evaluate(ctx, engine, points, LOBES, values);
     for (int i = 0; i < LOBES && status == HETAB_OK; i++) {
       double *model = &audit->views[i / HETAB_AUDIT_LOBE].model[i % HETAB_AUDIT_LOBE];
-      *model = (b ? *model : 0) + weights[b] * values[i].total;
+      *model = (isnan(*model) ? 0.0 : *model) + weights[b] * values[i].total;
     }
   }
   free(points);

@@ -241,12 +241,12 @@ static int parse(const cli_command *self, int argc, char **argv, audit_request *
       {CLI_FLAG, "no-reference", 0, NULL, "do not compare with parameters in the file",
        &o->no_reference, 0, 0},
       {CLI_CHOICE, "merl-colour", 0, "srgb|mono|bands",
-       "what the channels of a MERL table are, with --against (srgb)", &r->colour, 0, 0},
+       "what the three channels of a table are, with --against (srgb)", &r->colour, 0, 0},
       {CLI_TEXT, "bands", 0, "NM", "their wavelengths: one for mono, three for bands", &r->bands, 0,
        0},
       {CLI_CHOICE, "lookup", 0, "truncate|interpolate",
-       "how the renderer reads between entries (MERL truncate, HDF5 interpolate)", &r->lookup, 0,
-       0},
+       "how the renderer reads between entries (MERL truncate, HDF5 interpolate; RGL has one way)",
+       &r->lookup, 0, 0},
       {CLI_TEXT, "repair", 0, "OUT",
        "write OUT, the table made finite, non-negative and reciprocal, and audit it too: the exit "
        "status is its",
@@ -307,8 +307,9 @@ const cli_command cli_audit = {
     .arguments = "INPUT...",
     .summary = "judge surfaces and tables: energy, reciprocity, table error",
     .description =
-        "INPUT is a surface (a preset or a YAML file), an HDF5 table (.h5, .hdf5) or a MERL table "
-        "(.binary), of this program or any other. Each gets a line per check with PASS, WARN or "
+        "INPUT is a surface (a preset or a YAML file), or a table, HDF5 (.h5, .hdf5), MERL "
+        "(.binary) or RGL (.bsdf), of this program or any other. Each gets a line per check with "
+        "PASS, WARN or "
         "FAIL, the number judged, and where it was found. What numerical error could explain is no "
         "finding.\n\n"
         "Surfaces: rho_dh at 90 incidences and every wavelength against 1 and against the polished "
