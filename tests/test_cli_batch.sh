@@ -117,6 +117,8 @@ check "a log" grep -q 'BBQAL2: made, 0\.[0-9]* MB (0\.[0-9]* expected), error' e
 check "twins have one table" test ! -e made/twin.bsdf -a -s made/BBQAL2.bsdf
 check "records, manifest, overview, scene" test -s made/twin.json -a -s made/manifest.json \
   -a -s made/index.html -a -s made/scene.xml
+check "what to import" sh -c "grep -q 'import he_torrance, which is' made/scene.xml &&
+  grep -q 'import he_torrance' made/index.html"
 check "scene" grep -q '"he_torrance" id="twin"><string name="filename" value="BBQAL2.bsdf"' made/scene.xml
 check "the material of the delta" sh -c '/usr/bin/python3 -m py_compile made/scene.py made/he_torrance.py && rm -r made/__pycache__'
 check "pictures" grep -q 'src="data:image/png;base64,' made/index.html
@@ -213,6 +215,14 @@ refuses "an unwritable folder" 1 '/proc/plan.json' batch two.yml -o /proc
 refuses "a value twice" 1 'first four digits' plan twice.yml
 works_loud "nothing to make" batch nothing.yml -o nothing
 check "has an overview, too" grep -q '0 surfaces for merl' nothing/index.html
+printf 'sigma0_um: 0.3\ntau_um: 3\nindex: Cu\n' >alone.yml
+refuses "a surface for a scene" 1 'alone.yml: this is a surface; a scene has the key surfaces' plan alone.yml
+chmod 755 . && mkdir -m 555 closed
+nobody() { setpriv --reuid 65534 --clear-groups "$program" "$@"; }
+if nobody --version >out 2>err; then # root, who may write anywhere, does so as somebody else
+  nobody batch nothing.yml -o closed/t >out 2>err </dev/null
+  one_line "a folder that may not be made" $? 1 'make the folder closed/t: Permission denied'
+fi
 refuses "a file in the folder's place" 1 'cannot make the folder' batch two.yml -o two.yml
 refuses "no folder" 2 '-o DIR' batch two.yml
 for consumer in hdf5 exr; do

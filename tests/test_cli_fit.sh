@@ -121,6 +121,7 @@ refuses "no measurements" 2 "no MEASUREMENTS" fit --index Al
 refuses "two measurements" 2 "unexpected argument" fit plane.csv plane.csv --index Al
 refuses "no index" 2 "no --index" fit plane.csv --tau 5
 refuses "unknown index" 1 "no built-in metal 'Xx'" fit plane.csv --tau 5 --index Xx
+refuses "n alone" 1 "'1.5' is neither n=N" fit plane.csv --tau 5 --index 1.5
 refuses "malformed index" 1 "is neither n=N" fit plane.csv --tau 5 --index n=many
 refuses "missing index file" 1 "cannot open" fit plane.csv --tau 5 --index none.yml
 refuses "missing file" 1 "none.csv" fit none.csv --tau 5 --index Al

@@ -38,6 +38,9 @@ refuses "no language" 2 "no --language given" shader NGGAL
 refuses "another language" 2 "language" shader NGGAL --language osl
 refuses "no such surface" 1 "no preset 'nope'" shader nope --language c
 refuses "exists" 1 "page.html.*--force|page.html.*exists" view BBQAL2 -o page.html
-refuses "shader exists" 1 "c.txt" shader --language c -o c.txt
+mkdir folder
+refuses "a folder for a surface" 1 "folder is a folder, no surface: .* ending in .yml" shader folder --language c
+refuses "a header for a surface" 1 "odd.h is a file of another kind, no surface" view odd.h -o no.png
+refuses "shader exists" 1 "c.txt exists: use --force" shader --language c -o c.txt
 refuses "page of a table" 2 "explores the model of a SURFACE" view t.h5 -o t.html
 summary

@@ -357,7 +357,9 @@ class Calls(unittest.TestCase):
     def test_failures_carry_the_library_s_message(self):
         for make, words in (
                 (lambda: hetab.Surface("nope"), "no preset 'nope'"),
-                (lambda: hetab.Surface(sigma0_um=-1, tau_um=3, index="Al"), "sigma0_um"),
+                (lambda: hetab.Surface(sigma0_um=-1, tau_um=3, index="Al"),
+                 "^Surface: key sigma0_um"),
+                (lambda: hetab.evaluate(hetab.Surface("BBQAL2").points(30, 0, 0)), "radians"),
                 (lambda: hetab.Surface("BBQAL2").at(1e5), "extrapolate_index"),
                 (lambda: hetab.evaluate(numpy.zeros(2, hetab.POINT)), "lambda")):
             with self.assertRaisesRegex(hetab.Error, words):

@@ -127,6 +127,8 @@ typedef struct hetab_audit {
   hetab_reading lookup;     /* tables */
   unsigned long long bytes; /* tables: size of the file */
   size_t dims[4];           /* tables: as in the file, slowest first; 0: fewer; RGL: the channels */
+  double specular_cone;     /* > 0: the delta is in the table as a lobe that wide, radians; its
+                               `table_error`, in which the lobe counts, is no failure */
   hetab_check checks[HETAB_AUDIT_CHECKS];
   size_t check_count;
   size_t channel_count, theta_count;

@@ -68,6 +68,9 @@ void hetab_lookup_free(hetab_lookup *table); /* NULL is fine */
 size_t hetab_lookup_channel_count(const hetab_lookup *table);
 /* [channels], um, ascending; NULL for linear sRGB. */
 const double *hetab_lookup_wavelengths_um(const hetab_lookup *table);
+/* 0: the delta is not in the values; else the width of the lobe that it is in them as (theta_h,
+ * radians), as files made with --specular-cone say. */
+double hetab_lookup_specular_cone(const hetab_lookup *table);
 /* How many numbers of a .bsdf were a little below 0 and became 0 (see hetab_rgl_load()). */
 size_t hetab_lookup_negative(const hetab_lookup *table);
 

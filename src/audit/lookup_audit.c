@@ -227,6 +227,7 @@ static hetab_status prepare(job *j) {
   HETAB_TRY(hetab_audit_size(j->ctx, audit, channels, HETAB_AUDIT_INCIDENCES));
   hetab_audit_whole_degrees(audit);
   audit->view_channel = channels / 2;
+  audit->specular_cone = hetab_lookup_specular_cone(j->table);
   j->rho = hetab_alloc(j->ctx, channels * REPLICAS, sizeof *j->rho);
   j->value = hetab_alloc(j->ctx, 3 * channels, sizeof *j->value);
   if (lambda_um)

@@ -52,6 +52,7 @@ hetab_status hetab_audit_merl(hetab_context *ctx, hetab_engine *engine, const ch
   HETAB_GOTO(hetab_audit_size(ctx, audit, CHANNELS, HETAB_AUDIT_INCIDENCES));
   hetab_audit_whole_degrees(audit);
   audit->view_channel = GREEN;
+  audit->specular_cone = hetab_merl_specular_cone(merl);
   hetab_audit_merl_cells(merl, audit);
   HETAB_GOTO(fill_energy(ctx, &r, o, audit));
   hetab_check_energy(audit, o->max_excess);

@@ -265,7 +265,7 @@ static int parse(const cli_command *self, int argc, char **argv, audit_request *
       {CLI_NUMBER, "max-missing", 0, "X",
        "WARN for a missing specular term of more white-sky energy than X (0.01)", &o->max_missing,
        0, 1},
-      {CLI_NUMBER, "tolerance", 0, "X", "of the energy that a MERL lookup gives back (1e-3)",
+      {CLI_SHARE, "tolerance", 0, "X", "of the energy that a MERL lookup gives back (1e-3)",
        &o->tolerance, 1e-6, 1},
       {CLI_COUNT, "pairs", 0, "N", "direction pairs of the comparison (1000000)", &o->pairs, 1,
        1e9},

@@ -11,6 +11,7 @@
  * the overview, which is one read of every record; two that finish together write the same. Ten
  * thousand surfaces by a thousand workers: 10 tables or 2 s each, and 10 chunks or 0.4 s to plan.
  */
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -256,8 +257,12 @@ static int with_memory(batch_job *job, const batch_request *r) {
 
 static int make_folder(const char *path) {
   struct stat about;
-  if (mkdir(path, 0777) == 0 || (stat(path, &about) == 0 && S_ISDIR(about.st_mode)))
+  if (mkdir(path, 0777) == 0)
     return -1;
+  int why = errno;
+  if (stat(path, &about) == 0 && S_ISDIR(about.st_mode))
+    return -1;
+  errno = why;
   return cli_fail("cannot make the folder %s: %m: give another -o", path);
 }
 

@@ -30,7 +30,7 @@ static int open_index(fit_job *job) {
   double n = 0, k = 0;
   int constant = cli_constant_index(text, &n, &k);
   if (constant < 0)
-    return cli_fail("--index: '%s' is neither n=N, n=N,k=K nor N,K", text);
+    return cli_fail("--index: '%s' is neither n=N, n=N,k=K nor N,K, nor the name of a file", text);
   hetab_status status = constant ? hetab_index_constant(job->ctx, n, k, &job->index)
                         : strchr(text, '/') || strchr(text, '.')
                             ? hetab_index_load(job->ctx, text, &job->index)

@@ -211,7 +211,7 @@ static int run(const cli_command *self, int argc, char **argv) {
       {CLI_FLAG, "rgb", 0, NULL,
        "the colour of rho_dh and of the polished material: linear sRGB and luminance under D65",
        &r.rgb, 0, 0},
-      {CLI_NUMBER, "tolerance", 0, "E", "relative error of rho_dd (1e-5 in float, 1e-9 in double)",
+      {CLI_SHARE, "tolerance", 0, "E", "relative error of rho_dd (1e-5 in float, 1e-9 in double)",
        &r.tolerance, 1e-12, 0.1},
       CLI_PRECISION(&r.precision),
       CLI_DEVICE(&r.device),

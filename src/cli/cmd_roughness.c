@@ -72,7 +72,7 @@ static int write_index(roughness_job *job) {
   }
   int constant = cli_constant_index(text, &n, &k);
   if (constant < 0)
-    return cli_fail("--index: '%s' is neither n=N, n=N,k=K nor N,K", text);
+    return cli_fail("--index: '%s' is neither n=N, n=N,k=K nor N,K, nor the name of a file", text);
   return constant ? constant_index(job, n, k) : index_file(job, text);
 }
 

@@ -23,6 +23,8 @@ static int save(hetab_context *ctx, const request *r, const char *text) {
 static int write_shader(hetab_context *ctx, const request *r) {
   hetab_surface *surface = NULL;
   char *text = NULL;
+  if (r->output && !cli_output_allowed(ctx, r->output, r->force))
+    return CLI_FAILURE;
   int status = CLI_OK;
   if ((r->surface && hetab_surface_open(ctx, r->surface, &surface) != HETAB_OK) ||
       hetab_shader_text(ctx, surface, (hetab_shader_language)r->language, &text) != HETAB_OK)

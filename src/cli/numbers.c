@@ -41,7 +41,7 @@ int cli_constant_index(const char *text, double *n, double *k) {
   int named = strncmp(text, "n=", 2) == 0;
   char first[64];
   if (!named && (!comma || strchr(text, '/')))
-    return 0;
+    return cli_number(text, n) ? -1 : 0;
   const char *start = named ? text + 2 : text;
   int length = comma ? (int)(comma - start) : (int)strlen(start);
   snprintf(first, sizeof first, "%.*s", length < 0 ? 0 : length, start);

@@ -88,7 +88,9 @@ static int parse_range(const cli_command *self, const cli_option *o, const char 
   if (!(o->kind == CLI_SHARE ? cli_share : cli_number)(text, &number))
     return cli_usage(self, "--%s: '%s' is not a number", o->name, text);
   if (number < o->min || number > o->max)
-    return cli_usage(self, "--%s: %s is outside %.10g to %.10g", o->name, text, o->min, o->max);
+    return cli_usage(self, "--%s: %s is outside %.10g to %.10g%s", o->name, text, o->min, o->max,
+                     o->kind == CLI_SHARE && !strchr(text, '%') ? "; 1 per cent is 0.01 or 1%"
+                                                                : "");
   if (o->kind != CLI_COUNT)
     *(double *)o->value = number;
   else if (number == floor(number))

@@ -6,7 +6,7 @@
 
 #include "core/angle.h"
 
-enum { LEFT = 54, RIGHT = 12, TOP = 10, BOTTOM = 42 };
+enum { LEFT = 66, RIGHT = 20, TOP = 10, BOTTOM = 42, BORDER = 4 }; /* of points on the axes */
 enum { INNER_WIDTH = SVG_WIDTH - LEFT - RIGHT, INNER_HEIGHT = SVG_HEIGHT - TOP - BOTTOM };
 
 double svg_step(double range) {
@@ -96,8 +96,9 @@ void svg_begin(const svg_plot *p, const char *caption) {
           TOP + INNER_HEIGHT / 2);
   hetab_page_text(p->stream, p->y.label);
   fprintf(p->stream,
-          "</text><svg x=\"%d\" y=\"%d\" width=\"%d\" height=\"%d\" viewBox=\"%d %d %d %d\">", LEFT,
-          TOP, INNER_WIDTH, INNER_HEIGHT, LEFT, TOP, INNER_WIDTH, INNER_HEIGHT);
+          "</text><svg x=\"%d\" y=\"%d\" width=\"%d\" height=\"%d\" viewBox=\"%d %d %d %d\">",
+          LEFT - BORDER, TOP - BORDER, INNER_WIDTH + 2 * BORDER, INNER_HEIGHT + 2 * BORDER,
+          LEFT - BORDER, TOP - BORDER, INNER_WIDTH + 2 * BORDER, INNER_HEIGHT + 2 * BORDER);
 }
 
 void svg_end(const svg_plot *p) {

@@ -54,7 +54,7 @@ static cli_option *engine_options(cli_option *next, tabulate_request *r) {
        "polynomials of the series, made to the tolerance; the series itself at every entry; or the "
        "printed equations in double on one core (rows)",
        &r->method, 0, 0},
-      {CLI_NUMBER, "tolerance", 0, "E",
+      {CLI_SHARE, "tolerance", 0, "E",
        "largest relative error that rows may make (1e-5 in float, 1e-9 in double)", &r->tolerance,
        1e-15, 0.1},
       {CLI_TEXT, "device", 0, "SEL",

@@ -181,7 +181,8 @@ static hetab_status open_temporary(hetab_context *ctx, hetab_atomic_file *file, 
   if (file->fd < 0)
     file->fd = open_named(file);
   if (file->fd < 0)
-    return hetab_fail(ctx, HETAB_ERR_IO, "cannot write '%s': cannot create files beside it: %m",
+    return hetab_fail(ctx, HETAB_ERR_IO,
+                      "cannot write '%s': cannot create files beside it: %m; choose another folder",
                       file->path);
   flock(file->fd, LOCK_EX | LOCK_NB); /* see is_abandoned() */
   if (mode && fchmod(file->fd, mode))
@@ -271,7 +272,10 @@ hetab_status hetab_atomic_reserve(hetab_context *ctx, hetab_atomic_file *file,
     result = fallocate(file->fd, FALLOC_FL_KEEP_SIZE, 0, (off_t)bytes);
   while (result && errno == EINTR);
   if (result && (errno == ENOSPC || errno == EDQUOT || errno == EFBIG))
-    return hetab_atomic_fail(ctx, file, errno);
+    return hetab_fail(ctx, HETAB_ERR_IO,
+                      "cannot write '%s': %m; it needs %.3g GB: ask for less (fewer angles or "
+                      "wavelengths), free some space or choose another disk",
+                      file->path, 1e-9 * (double)bytes);
   return HETAB_OK;
 }
 

@@ -27,6 +27,7 @@ struct hetab_lookup {
   hetab_rgl *rgl;           /* evaluated and sampled by its own rules */
   hetab_half_sampler sampler;
   hetab_specular_table specular;
+  double specular_cone;                  /* > 0: the delta is in the values, as a lobe that wide */
   float delta[HETAB_SAMPLER_INCIDENCES]; /* of the samples, at an incidence */
 };
 
@@ -169,6 +170,7 @@ static hetab_status share_samples(hetab_context *ctx, hetab_lookup *table) {
 static hetab_status open_specular(hetab_context *ctx, const char *path, double cone,
                                   hetab_lookup *table) {
   table->specular.channels = table->channels;
+  table->specular_cone = cone;
   return cone > 0.0 ? HETAB_OK
                     : hetab_specular_beside(ctx, path, table->channels, table->lambda_um,
                                             &table->specular);
@@ -280,6 +282,10 @@ void hetab_lookup_free(hetab_lookup *table) {
 
 size_t hetab_lookup_channel_count(const hetab_lookup *table) {
   return table->channels;
+}
+
+double hetab_lookup_specular_cone(const hetab_lookup *table) {
+  return table->specular_cone;
 }
 
 size_t hetab_lookup_negative(const hetab_lookup *table) {

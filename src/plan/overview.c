@@ -91,6 +91,12 @@ static hetab_status write_page(hetab_context *ctx, const hetab_scene *scene, con
           1e-6 * plan->dense_bytes, hetab_version());
   json_array_foreach(records, i, record) page_row(page.stream, record);
   fprintf(page.stream, "</tbody></table></div>%s\n", page_script);
+  if (scene->consumer <= HETAB_MITSUBA_SPECTRAL)
+    fputs(
+        "<p>In Mitsuba 3, with this folder in sys.path: <code>from scene import materials</code>, "
+        "or <code>import he_torrance</code>, where the folder has it, before "
+        "<code>mi.load_file(\"scene.xml\")</code>.</p>\n",
+        page.stream);
   hetab_page_end(page.stream);
   return hetab_folder_save(ctx, &page, folder, "index.html");
 }

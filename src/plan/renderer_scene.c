@@ -44,12 +44,23 @@ static void mitsuba_conductor(FILE *out, const hetab_surface *surface, double al
   fputs("\"/></bsdf>\n", out);
 }
 
+/* he_torrance, which adds the delta to a table. */
+static bool needs_material(const hetab_plan *plan) {
+  for (size_t i = 0; i < plan->count; i++)
+    if (plan->items[i].delta == HETAB_DELTA_MATERIAL && plan->items[i].kind <= HETAB_PLAN_SHARED)
+      return true;
+  return false;
+}
+
 static hetab_status mitsuba_scene(hetab_context *ctx, const hetab_scene *scene,
                                   const hetab_plan *plan, const json_t *records,
                                   const char *folder) {
   hetab_folder_file file;
   HETAB_TRY(hetab_folder_text(ctx, &file));
   fputs("<scene version=\"3.0.0\">\n", file.stream);
+  if (needs_material(plan))
+    fputs("  <!-- Before mi.load_file: import he_torrance, which is in this folder. -->\n",
+          file.stream);
   for (size_t i = 0; i < scene->count; i++) {
     const json_t *record = json_array_get(records, i);
     const hetab_surface *surface = scene->surfaces[i];
@@ -108,14 +119,9 @@ static hetab_status save_text(hetab_context *ctx, const char *folder, const char
   return hetab_folder_save(ctx, &file, folder, name);
 }
 
-/* Mitsuba's material of the model, which adds the delta to a table. */
 static hetab_status save_material(hetab_context *ctx, const hetab_plan *plan, const char *folder) {
-  bool needed = false;
   char *text;
-  for (size_t i = 0; i < plan->count; i++)
-    needed |=
-        plan->items[i].delta == HETAB_DELTA_MATERIAL && plan->items[i].kind <= HETAB_PLAN_SHARED;
-  if (!needed)
+  if (!needs_material(plan))
     return HETAB_OK;
   HETAB_TRY(hetab_shader_text(ctx, NULL, HETAB_SHADER_MITSUBA, &text));
   hetab_status status = save_text(ctx, folder, "he_torrance.py", text);

@@ -351,6 +351,10 @@ static hetab_status read_scene(hetab_yaml *file, hetab_scene *scene) {
   yaml_node_t *surfaces = hetab_yaml_get(file, root, "surfaces");
   yaml_node_t *swept = hetab_yaml_get(file, root, "sweep");
   double theta_i_deg = 90.0, theta_r_deg = 90.0, megabytes = 0.0, cone_deg;
+  if (hetab_yaml_get(file, root, "tau_um") || hetab_yaml_get(file, root, "preset"))
+    return hetab_fail(file->ctx, HETAB_ERR_PARSE,
+                      "%s: this is a surface; a scene has the key surfaces: [FILE, ...]",
+                      file->path);
   HETAB_TRY(hetab_yaml_check_keys(file, root, scene_keys, true));
   HETAB_TRY(read_consumer(file, &scene->consumer));
   HETAB_TRY(read_limit(file, "table_error", 1e-4, 0.3, &scene->table_error));

@@ -126,6 +126,12 @@ def define():
             self.tau = props.get_unbounded_texture("tau", known.get("tau_um", 0.0))
             if not (props.has_property("sigma0") and props.has_property("tau") or SURFACE):
                 raise ValueError("he_torrance: give sigma0 and tau, in um")
+            for name, limit in (("sigma0", 0.0), ("tau", 0.0), ("n", 0.0), ("k", -1e-30)):
+                value = props[name] if props.has_property(name) else 1.0
+                if isinstance(value, (int, float)) and not limit < value < math.inf:
+                    raise ValueError(f"he_torrance: {name} = {value:g}: give a number "
+                                     f"{'of at least' if limit else 'above'} 0"
+                                     f"{', in um' if name in ('sigma0', 'tau') else ''}")
             self.diffuse = props.get_texture("diffuse_reflectance", 0.0)
             self.nodes = COLOUR_NODES.get(str(props.get("nodes", 8)))
             if not self.nodes:
@@ -239,9 +245,13 @@ def define():
         def __init__(self, props):
             mi.BSDF.__init__(self, props)
             path = str(mi.file_resolver().resolve(props["filename"]))
-            self.table = mi.load_dict({"type": "measured", "filename": path})
             with open(path, "rb") as file:
-                folded = b"specular_cone_deg" in file.read(2048)  # the delta is in the table
+                head = file.read(2048)
+            if not head.startswith(b"tensor_file"):
+                raise ValueError(f"he_torrance: {path} is no .bsdf table: 'hetab tabulate SURFACE "
+                                 "-o NAME.bsdf' writes one")
+            self.table = mi.load_dict({"type": "measured", "filename": path})
+            folded = b"specular_cone_deg" in head  # the delta is in the table
             if folded:
                 self.nm = numpy.array([550.0]) if spectral else None
                 self.rho = numpy.zeros((1 if spectral else 3, self.ANGLES))
@@ -366,5 +376,6 @@ def check(scene, integrator, spp=64, runs=10, step=0.02):
     return report
 
 
-define()
+if mi.variant():
+    define()
 mi.detail.add_variant_callback(lambda old, new: define() if new else None)

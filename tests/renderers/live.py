@@ -287,7 +287,11 @@ def variants():
 def refusals():
     for wrong, word in (({"sigma0": 0.5}, "tau"), ({"sigma0": 0.5, "tau": 3.0}, "material"),
                         ({"sigma0": 0.5, "tau": 3.0, "material": "Unobtainium"}, "Unobtainium"),
-                        ({"sigma0": 0.5, "tau": 3.0, "material": "Al", "nodes": 7}, "nodes")):
+                        ({"sigma0": 0.5, "tau": 3.0, "material": "Al", "nodes": 7}, "nodes"),
+                        ({"sigma0": -1, "tau": 3.0, "material": "Al"}, "sigma0 = -1"),
+                        ({"sigma0": 0.5, "tau": 0, "material": "Al"}, "tau = 0"),
+                        ({"sigma0": 0.5, "tau": 3.0, "n": 1.5, "k": -1.0}, "k = -1"),
+                        ({"filename": __file__}, "no .bsdf table")):
         try:
             mi.load_dict({"type": "he_torrance", **wrong})
             missed.append(f"accepted: {wrong}")

@@ -8,7 +8,7 @@ import tempfile
 import numpy
 from numpy.typing import ArrayLike, NDArray
 
-from ._library import NULL, call, choice, create, doubles, dtype, ffi, lib, libc, text, view
+from ._library import NULL, Error, call, choice, create, doubles, dtype, ffi, lib, libc, text, view
 
 BAND = dtype("hetab_band")
 POINT = dtype("hetab_point")
@@ -40,7 +40,11 @@ class Surface:
             path = os.path.join(folder, "surface.yml")
             with open(path, "w", encoding="utf-8") as file:
                 json.dump({"name": "surface", **keys}, file, default=lambda a: a.tolist())
-            return create("surface", lib.hetab_surface_load, os.fsencode(path))
+            try:
+                return create("surface", lib.hetab_surface_load, os.fsencode(path))
+            except Error as error:  # of a file that the caller has not written
+                message = str(error).replace(f"{path}:1: ", "Surface: ").replace(path, "Surface")
+                raise Error(message, error.status) from None
 
     @classmethod
     def _of_handle(cls, handle, owner):
