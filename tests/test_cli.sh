@@ -31,6 +31,9 @@ refuses "bad number" 2 "'many' is not a number" tabulate --samples many
 refuses "number out of range" 2 "outside 0 to 9" tabulate --compress 10
 refuses "fraction for a count" 2 "not a whole number" tabulate --samples 1.5
 refuses "negative tolerance" 2 "tolerance" tabulate BBQAL2 -o a.h5 --tolerance -1
+printf 'sigma0_um: 300\ntau_um: 4000\nindex: Cu\nwavelengths_nm: 550\n' >nm.yml
+works "nanometres for um" tabulate nm.yml -o nm.h5 --theta-i 0:60:3 --theta-r 0:60:3 --phi 0:180:3 --samples 0
+check "are suspected" has 'sigma0_um is 300.*nanometres'
 refuses "a per cent for a share" 2 'outside .* 1 per cent is 0.01 or 1%' tabulate BBQAL2 -o a.bsdf --table-error 1
 refuses "a table of terabytes" 1 'it needs 2.24e\+05 GB: ask for less \(fewer angles' \
   tabulate BBQAL2 -o a.h5 --theta-i 0:90:100000 --theta-r 0:90:100000

@@ -16,6 +16,8 @@ sys.exit(not ("wavelength" not in f and f["brdf"].dims[0].label == "channel" and
               f["channel"].shape == (3,) and f["brdf"].shape == (3, 19, 19, 19) and
               f["brdf"].dims[1][0].name == "/theta_i" and "sigma0_um" not in f.attrs and
               f["specular_reflectance"].shape == (3, 19) and f["brdf"][:].min() >= 0))'
+works "MERL to MERL" convert a.binary again.binary
+check "whose error it is" has 'L1 [0-9.]+ % in readers that take the nearest cell, bias'
 works "MERL to RGL" convert a.binary a.bsdf --json
 check "JSON" json "d['from'] == 'merl' and d['to'] == 'rgl' and d['srgb_out'] is True and \
 0 <= d['error_l1'] < 0.01 and d['filled'] == 0"

@@ -233,6 +233,8 @@ static void print_notes(const tabulate_job *job, size_t i) {
          readers_remark(job, r->format));
 }
 
+static const double MANY_UM = 20; /* rms heights beyond are no polished or ground surface's */
+
 static void print_engine(const tabulate_job *job) {
   const hetab_report *report = device_report(job);
   if (report)
@@ -240,6 +242,10 @@ static void print_engine(const tabulate_job *job) {
            hetab_method_name(report->method), hetab_precision_name(report->precision));
   else
     printf("%s on the host\n", hetab_surface_name(job->surface));
+  double sigma0_um = hetab_surface_sigma0_um(job->surface);
+  if (sigma0_um > MANY_UM)
+    printf("note: sigma0_um is %g, a fraction of a millimetre: were nanometres meant?\n",
+           sigma0_um);
 }
 
 static int print_text(const tabulate_job *job) {

@@ -17,7 +17,8 @@
 /* ---- the page ------------------------------------------------------------------------------ */
 
 static const char page_styles[] =
-    "<style>td:nth-child(-n+5),th:nth-child(-n+5){text-align:left}"
+    "<style>td:nth-child(-n+3),th:nth-child(-n+3),:is(td,th):nth-child(n+7):nth-child(-n+8)"
+    "{text-align:left}"
     "th{cursor:pointer;vertical-align:bottom}td img{display:block;width:56px;height:56px}</style>";
 /* Sorted by a click on a column's head. */
 static const char page_script[] =
@@ -48,16 +49,17 @@ static void page_row(FILE *out, const json_t *r) {
   fputs("<tr><td>", out);
   if (*picture)
     fprintf(out, "<img alt=\"\" src=\"data:image/png;base64,%s\">", picture);
-  fprintf(out, "</td><td>%s</td><td class=\"b %s\">%s</td><td>%s%s%s</td><td>%s</td>", name,
-          *verdict == 'p' ? "PASS" : "FAIL", verdict, hetab_record_text(r, "what"),
-          shares ? " with " : "", shares ? of : "", hetab_record_text(planned, "delta"));
+  fprintf(out, "</td><td>%s</td><td class=\"b %s\">%s</td>", name,
+          *verdict == 'p' ? "PASS" : "FAIL", verdict);
+  page_number(out, own ? hetab_record_number(planned, "error_l1") : 0.0, 100.0, 2);
+  page_number(out, hetab_record_number(r, "error_l1"), 100.0, 2);
+  page_number(out, hetab_record_number(r, "bias"), 100.0, 2);
+  fprintf(out, "<td>%s%s%s</td><td>%s</td>", hetab_record_text(r, "what"), shares ? " with " : "",
+          shares ? of : "", hetab_record_text(planned, "delta"));
   page_number(out, own ? hetab_record_number(planned, "bytes") : 0.0, 1e-6, 3);
   page_number(out, table_bytes(r), 1e-6, 3);
   page_number(out, own ? hetab_record_number(planned, "seconds") : 0.0, 1.0, 2);
   page_number(out, hetab_record_number(r, "seconds"), 1.0, 2);
-  page_number(out, own ? hetab_record_number(planned, "error_l1") : 0.0, 100.0, 2);
-  page_number(out, hetab_record_number(r, "error_l1"), 100.0, 2);
-  page_number(out, hetab_record_number(r, "bias"), 100.0, 2);
   page_number(out, hetab_record_number(r, "energy"), 1.0, 3);
   page_number(out, hetab_record_number(planned, "energy_left_out"), 100.0, 3);
   fputs("</tr>\n", out);
@@ -82,10 +84,11 @@ static hetab_status write_page(hetab_context *ctx, const hetab_scene *scene, con
           "%s<p>Relative L1 error asked for: %.3g %%%s; planned: %.2f MB, %.1f s of one core, in "
           "place of %.0f MB of dense HDF5 tables. hetab %s. In pairs: expected, measured. A click "
           "on a column's head sorts.</p><div class=\"wide\"><table><thead><tr><th></th>"
-          "<th>surface</th><th>verdict</th><th>what</th><th>delta</th><th>MB,<br>expected</"
+          "<th>surface</th><th>verdict</th><th>L1 error, %%,<br>expected</th><th><br>measured</th>"
+          "<th>bias, %%</th><th>what</th><th>delta</th><th>MB,<br>expected</"
           "th><th><br>made</th>"
-          "<th>seconds,<br>expected</th><th><br>taken</th><th>L1 error, %%,<br>expected</th>"
-          "<th><br>measured</th><th>bias, %%</th><th>most<br>reflected</th><th>left out,<br>%%</th>"
+          "<th>seconds,<br>expected</th><th><br>taken</th>"
+          "<th>most<br>reflected</th><th>left out,<br>%%</th>"
           "</tr></thead><tbody>\n",
           page_styles, 100.0 * plan->asked_error, budget, 1e-6 * plan->bytes, plan->seconds,
           1e-6 * plan->dense_bytes, hetab_version());
