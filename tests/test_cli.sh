@@ -547,7 +547,7 @@ for signal in INT:130 TERM:143 HUP:129; do
   one_line "SIG${signal%:*}" $status ${signal#*:} "stopped by SIG${signal%:*}"
   check "SIG${signal%:*} harms nothing" unharmed
 done
-env --default-signal=INT timeout -s INT -k 10 0.5 "$program" view BBQAL2 --size 8192 -o stop/v.png >out 2>err
+env --default-signal=INT timeout -s INT -k 10 2 "$program" view BBQAL2 --size 8192 -o stop/v.png >out 2>err
 one_line "SIGINT amid a picture" $? 124 "stopped by SIGINT" # timeout's own status, 137 after -k
 stopped KILL
 check "SIGKILL status" test $status = 137
