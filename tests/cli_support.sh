@@ -29,6 +29,16 @@ check() {
   if "$@" >/dev/null 2>&1; then pass; else fail "$name: $*"; fi
 }
 
+# with_library COMMAND...: a program that loads libhetab.so itself. Under AddressSanitizer its runtime has to be there
+# first, and such programs leave the freeing to their end.
+with_library() {
+  if [ -n "${ASAN_OPTIONS:-}" ]; then
+    LD_PRELOAD=$(cc -print-file-name=libasan.so) ASAN_OPTIONS=$ASAN_OPTIONS:detect_leaks=0 "$@"
+  else
+    "$@"
+  fi
+}
+
 # works NAME ARGUMENT...: hetab succeeds and says nothing on standard error; its output is in ./out.
 works() {
   local name=$1 status

@@ -163,7 +163,7 @@ works "spectra, planned" plan spectra.yml --json
 json "few wavelengths" 'all(3 <= s["wavelengths"] <= 11 for s in d["surfaces"][:2]) and d["surfaces"][2]["what"] == "mirror"
 assert all(0 < s["wavelength_error"] <= 0.0025 for s in d["surfaces"][:2])'
 works_loud "spectra" batch spectra.yml --quiet
-check "error of all wavelengths" /usr/bin/python3 "$scripts/../tests/batch_errors.py" "$(dirname "$program")" spectra 0.01 BBQAL1 NGGAL
+check "error of all wavelengths" with_library /usr/bin/python3 "$scripts/../tests/batch_errors.py" "$(dirname "$program")" spectra 0.01 BBQAL1 NGGAL
 check "a mirror's colour" grep -q '"conductor" id="mirror"><spectrum name="eta" value="400:[0-9.]*, 410:' spectra/scene.xml
 sed 's/mitsuba-spectral/pbrt/' spectra.yml >pbrt.yml
 works_loud "pbrt" batch pbrt.yml -o pbrt --quiet
@@ -233,7 +233,7 @@ done
 scene coarse.yml 'surfaces: [BBQAL1]' 'consumer: hdf5' 'table_error: 0.02'
 works_loud "as few nodes as the error allows" batch coarse.yml -o coarse --json
 json "fewer" 'd["table_bytes"] < 1e7 and d["misfits"] == 0 and 0.007 < d["error_l1"] <= 0.02'
-check "and the error" /usr/bin/python3 "$scripts/../tests/batch_errors.py" "$(dirname "$program")" coarse 0.02 BBQAL1
+check "and the error" with_library /usr/bin/python3 "$scripts/../tests/batch_errors.py" "$(dirname "$program")" coarse 0.02 BBQAL1
 check "no more than that" test "$(stat -c %s small-hdf5/NGGAL.h5)" -lt 4000000
 works "MERL's own error" plan merl.yml --json
 json "that of truncating" '0.03 < d["surfaces"][0]["error_l1"] < 0.09'

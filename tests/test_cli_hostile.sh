@@ -223,15 +223,19 @@ program=$plain
 
 # OpenEXR output from where memory does not suffice to start to where it does.
 good=0 bad=0
-for kb in $(seq 34000 400 40000); do
-  rm -f limited.exr
-  (ulimit -v "$kb" && timeout 5 "$program" tabulate -q BBQAL2 -o limited.exr $small 2>err) 2>/dev/null
-  status=$?
-  case $status in
-    0) good=$((good + 1)) ;;
-    1) [ "$(wc -l <err)" = 1 ] && [ ! -e limited.exr ] && bad=$((bad + 1)) || fail "$kb kB: $(cat err)" ;;
-    *) fail "OpenEXR in $kb kB: status $status" ;;
-  esac
-done
-check "too little memory, and enough" test "$good" -gt 0 -a "$bad" -gt 0
+if [ -n "${ASAN_OPTIONS:-}" ]; then
+  skip "OpenEXR in little memory: AddressSanitizer takes terabytes of addresses"
+else
+  for kb in $(seq 34000 400 40000); do
+    rm -f limited.exr
+    (ulimit -v "$kb" && timeout 5 "$program" tabulate -q BBQAL2 -o limited.exr $small 2>err) 2>/dev/null
+    status=$?
+    case $status in
+      0) good=$((good + 1)) ;;
+      1) [ "$(wc -l <err)" = 1 ] && [ ! -e limited.exr ] && bad=$((bad + 1)) || fail "$kb kB: $(cat err)" ;;
+      *) fail "OpenEXR in $kb kB: status $status" ;;
+    esac
+  done
+  check "too little memory, and enough" test "$good" -gt 0 -a "$bad" -gt 0
+fi
 summary

@@ -76,7 +76,7 @@ ln -s libhetab.so "$(objdump -p libhetab.so | sed -n 's/.*SONAME *//p')"
 check "12 lines" test "$(wc -l <first.c)" = 12
 check "README's first C example compiles" cc -std=c99 -Wall -Wextra -Werror -I"$include" \
   $sanitizers first.c -L. -lhetab -o first
-works_alone() { LD_LIBRARY_PATH=. ./first; }
+works_alone() { LD_LIBRARY_PATH=. with_library ./first; }
 check "it runs" works_alone
 check "it writes tables" test -s bbqal2.h5 -a -s bbqal2.binary -a -s bbqal2.bsdf
 check "they are those of the program" sh -c \

@@ -74,7 +74,8 @@ def c(body, number):
         body = (f"#include <stdio.h>\n{includes}int main(void) {{\n" + re.sub(r"^#include .*\n", "", body, flags=re.M) +
                 "return 0;\n}\n")
     (work / f"{number}.c").write_text(body)
-    run(f"C block {number}", ["cc", "-std=c11", "-Wall", "-Wextra", "-Werror", "-Wno-unused-variable",
+    sanitizer = ["-fsanitize=address,undefined"] if "libasan" in os.environ.get("LD_PRELOAD", "") else []
+    run(f"C block {number}", ["cc", *sanitizer, "-std=c11", "-Wall", "-Wextra", "-Werror", "-Wno-unused-variable",
                               "-Wno-unused-but-set-variable", f"-I{root}/include", f"{number}.c", f"-L{work}", "-lhetab",
                               "-lm", "-o", f"{number}.program"])
     if (work / f"{number}.program").exists():
