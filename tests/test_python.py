@@ -380,6 +380,7 @@ class Calls(unittest.TestCase):
         self.assertEqual(len(hetab.reflectance(surface, [0.1])), 31)
 
     def test_interrupted(self):
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # which shells let background jobs ignore
         with self.assertRaises(KeyboardInterrupt):
             hetab.tabulate(hetab.Surface("BBQAL2"),
                            progress=lambda done, total: signal.raise_signal(signal.SIGINT))
