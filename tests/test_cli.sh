@@ -530,9 +530,9 @@ rm -f pipe.h5 pty.h5
 mkdir stop
 echo precious >stop/old.h5
 # stopped SIGNAL: sends it while a big table is being compressed; leaves the status in $status. env
-# undoes that shells let background jobs ignore SIGINT.
+# undoes that shells let background jobs ignore SIGINT, and nohup SIGHUP.
 stopped() {
-  env --default-signal=INT "$program" tabulate BBQAL2 -o stop/old.h5 -o stop/new.h5 --force \
+  env --default-signal=INT,HUP "$program" tabulate BBQAL2 -o stop/old.h5 -o stop/new.h5 --force \
     --compress 9 --wavelengths 400:700:5 >out 2>err &
   local pid=$!
   sleep 1.5
