@@ -142,7 +142,8 @@ static double series(double g, double x) {
   if (g <= 0)
     return 0;
   double peak = largest_term(g, x);
-  double weight = exp(peak * log(g) - g - lgamma(peak + 1)), sum = 0;
+  int sign; /* lgamma() writes it to a global, which threads share */
+  double weight = exp(peak * log(g) - g - lgamma_r(peak + 1, &sign)), sum = 0;
   double w = weight;
   for (double m = peak;; m++) {
     double term = w / m * exp(-x / m);
