@@ -34,7 +34,8 @@ static hetab_status work_and_tell(hetab_context *ctx, job *job) {
   hetab_status status = HETAB_OK;
   for (size_t i; (i = atomic_fetch_add(&job->next, 1)) < job->count && status == HETAB_OK;) {
     job->piece(job->user, i, 0);
-    status = hetab_progress(ctx, (double)(i + 1), (double)job->count);
+    if (ctx)
+      status = hetab_progress(ctx, (double)(i + 1), (double)job->count);
   }
   if (status != HETAB_OK)
     atomic_store(&job->next, job->count);

@@ -13,7 +13,7 @@ typedef void (*hetab_piece_fn)(void *user, size_t i, int worker);
 int hetab_worker_count(void);
 
 /* Every piece once, in about their order. Progress is told between the calling thread's own;
- * HETAB_ERR_CANCELLED: not all were done. */
+ * HETAB_ERR_CANCELLED: not all were done. ctx NULL: none is told, and all are done. */
 hetab_status hetab_each(hetab_context *ctx, size_t count, hetab_piece_fn piece, void *user);
 
 #endif

@@ -5,9 +5,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <pthread.h>
 
-#include "core/cpus.h"
+#include "core/each.h"
 #include "core/option_size.h"
 #include "core/random.h"
 #include "model/colour.h"
@@ -18,7 +17,7 @@
 #include "rgl/rgl_model.h"
 #include "rgl/rgl_table.h"
 
-enum { MOST_WORKERS = 16, WORKER_PAIRS = 256 };
+enum { WORKER_PAIRS = 256 };
 
 struct hetab_rgl_model {
   const hetab_surface *surface;
@@ -34,7 +33,7 @@ struct hetab_rgl_model {
   hetab_rgl_source source;
 };
 
-/* Some pairs, for one thread. */
+/* A share of the pairs. */
 typedef struct worker {
   const hetab_rgl_model *m;
   const hetab_spectrum *spectrum; /* NULL: the series */
@@ -97,8 +96,9 @@ static double model_specular(void *user, double theta_i) {
   return sum;
 }
 
-static void *work(void *argument) {
-  worker *w = argument;
+static void work(void *user, size_t share, int thread) {
+  worker *w = (worker *)user + share;
+  (void)thread; /* each share has its own buffers */
   size_t channels = w->m->source.channels;
   hetab_direction in = hetab_direction_at(0.0, w->m->tau_2sigma);
   for (size_t i = 0; i < w->count; i++) {
@@ -117,33 +117,17 @@ static void *work(void *argument) {
     else
       memcpy(w->values + i * channels, w->exact, channels * sizeof *w->exact);
   }
-  return NULL;
 }
 
 static size_t worker_count(size_t pairs) {
-  size_t most = (size_t)hetab_cpu_count(), useful = pairs / WORKER_PAIRS + 1;
-  most = most < MOST_WORKERS ? most : MOST_WORKERS;
+  size_t most = (size_t)hetab_worker_count(), useful = pairs / WORKER_PAIRS + 1;
   return useful < most ? useful : most;
-}
-
-/* The first share is the calling thread's; so is what no thread could be had for. */
-static void run_workers(worker *workers, size_t count) {
-  pthread_t threads[MOST_WORKERS];
-  int started[MOST_WORKERS] = {0};
-  for (size_t i = 1; i < count; i++)
-    started[i] = pthread_create(&threads[i], NULL, work, &workers[i]) == 0;
-  for (size_t i = 0; i < count; i++)
-    if (!started[i])
-      work(&workers[i]);
-  for (size_t i = 1; i < count; i++)
-    if (started[i])
-      pthread_join(threads[i], NULL);
 }
 
 static hetab_status evaluate(hetab_context *ctx, hetab_rgl_model *m, const hetab_spectrum *spectrum,
                              const hetab_directions *pairs, size_t count, double *values) {
   size_t number = worker_count(count), padded = spectrum ? hetab_spectrum_padded(spectrum) : 0;
-  worker workers[MOST_WORKERS];
+  worker workers[HETAB_MOST_WORKERS];
   double *exact = hetab_alloc(ctx, number * m->bands, sizeof *exact);
   float *bands = hetab_alloc(ctx, number * padded + 1, sizeof *bands);
   hetab_status status = exact && bands ? HETAB_OK : HETAB_ERR_MEMORY;
@@ -158,7 +142,7 @@ static hetab_status evaluate(hetab_context *ctx, hetab_rgl_model *m, const hetab
                           .exact = exact + i * m->bands};
   }
   if (status == HETAB_OK)
-    run_workers(workers, number);
+    status = hetab_each(NULL, number, work, workers); /* the search tells its progress */
   for (size_t i = 0; i < number && status == HETAB_OK; i++)
     m->clamped += workers[i].clamped;
   free(exact);
