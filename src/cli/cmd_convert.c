@@ -62,17 +62,16 @@ static int print_report(const request *r, const hetab_convert_report *report) {
 /* ---- the command --------------------------------------------------------------------------- */
 
 static hetab_status set_grid(hetab_context *ctx, const request *r, hetab_grid *grid) {
-  hetab_status status = HETAB_OK;
-  for (int axis = 0; axis < HETAB_AXIS_COUNT && status == HETAB_OK; axis++)
+  for (int axis = 0; axis < HETAB_AXIS_COUNT; axis++)
     if (r->specs[axis])
-      status = hetab_grid_set_axis(ctx, grid, (hetab_axis)axis, r->specs[axis]);
-  return status;
+      HETAB_TRY(hetab_grid_set_axis(ctx, grid, (hetab_axis)axis, r->specs[axis]));
+  return HETAB_OK;
 }
 
 static int run_request(request *r) {
   hetab_convert_report report;
   hetab_grid *grid = NULL;
-  hetab_context *ctx = cli_context();
+  HETAB_ENDS(hetab_context_end) hetab_context *ctx = cli_context();
   if (!ctx)
     return CLI_FAILURE;
   hetab_status status = hetab_grid_create(ctx, &grid);
@@ -88,7 +87,6 @@ static int run_request(request *r) {
   if (result < 0)
     result = print_report(r, &report);
   hetab_grid_free(grid);
-  hetab_context_free(ctx);
   return result;
 }
 
