@@ -18,17 +18,14 @@
  * degrees, in HDF5 also for readers that interpolate linearly (tests/test_convert.c); the output
  * says that it is in it.
  */
-#ifndef HETAB_CONVERT_H
-#define HETAB_CONVERT_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/grid.h>
 #include <hetab/output_file.h>
 #include <hetab/types.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 typedef struct hetab_convert_options {
   size_t size; /* of the struct; 0: of this header's */
@@ -67,7 +64,4 @@ typedef struct hetab_convert_report {
 hetab_status hetab_convert(hetab_context *ctx, const char *in, const char *out,
                            const hetab_convert_options *options, hetab_convert_report *report);
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END
