@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "core/number.h"
 #include "core/angle.h"
 #include "cli.h"
 #include "options.h"
@@ -94,11 +95,6 @@ static void vary_tau(job *j) {
 
 /* ---- incidences and wavelengths ------------------------------------------------------------ */
 
-static int by_size(const void *left, const void *right) {
-  double a = *(const double *)left, b = *(const double *)right;
-  return (a > b) - (a < b);
-}
-
 /* The measured incidences, each once. */
 static hetab_status measured_incidences(job *j) {
   size_t count = hetab_measurements_pair_count(j->measurements), kept = 0;
@@ -107,7 +103,7 @@ static hetab_status measured_incidences(job *j) {
   HETAB_NEED(theta_i);
   for (size_t i = 0; i < count; i++)
     theta_i[i] = pairs[i].theta_i;
-  qsort(theta_i, count, sizeof *theta_i, by_size);
+  hetab_sort(theta_i, count);
   for (size_t i = 0; i < count; i++)
     if (kept == 0 || theta_i[i] > theta_i[kept - 1] + hetab_radians(0.1)) /* 50.00002 degrees is */
       theta_i[kept++] =

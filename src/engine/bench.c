@@ -7,6 +7,7 @@
 #include <stdlib.h>
 
 #include "cl/device.h"
+#include "core/number.h"
 #include "core/option_size.h"
 #include "core/clock.h"
 #include "core/random.h"
@@ -32,13 +33,8 @@ typedef struct bench {
   void *user;
 } bench;
 
-static int ascending(const void *a, const void *b) {
-  double x = *(const double *)a, y = *(const double *)b;
-  return x < y ? -1 : x > y;
-}
-
 static double median(double *values, size_t count) {
-  qsort(values, count, sizeof *values, ascending);
+  hetab_sort(values, count);
   return values[count / 2];
 }
 
