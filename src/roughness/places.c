@@ -144,10 +144,5 @@ hetab_status hetab_heights_from_places(hetab_context *ctx, const char *name, con
     interpolate(&p, 3 * step, *out);
     return HETAB_OK;
   }
-  hetab_status status = put_on_grid(&p, *out);
-  if (status != HETAB_OK) {
-    hetab_heights_free(*out);
-    *out = NULL;
-  }
-  return status;
+  HETAB_MADE(hetab_heights, out, put_on_grid(&p, *out));
 }
