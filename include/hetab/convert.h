@@ -15,17 +15,14 @@
  * The specular delta goes with the table: /specular_reflectance, or NAME.specular.csv beside MERL
  * and RGL tables: spectra, or the three channels of an HDF5 table in linear sRGB.
  */
-#ifndef HETAB_CONVERT_H
-#define HETAB_CONVERT_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/grid.h>
 #include <hetab/output_file.h>
 #include <hetab/types.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 typedef struct hetab_convert_options {
   size_t size;            /* of the struct; 0: of this header's */
@@ -59,7 +56,4 @@ typedef struct hetab_convert_report {
 hetab_status hetab_convert(hetab_context *ctx, const char *in, const char *out,
                            const hetab_convert_options *options, hetab_convert_report *report);
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

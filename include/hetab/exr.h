@@ -28,8 +28,7 @@
  * part_theta_i_deg, of one by wavelength part_wavelength_nm (double). Parts share one display
  * window, as the format wants.
  */
-#ifndef HETAB_EXR_H
-#define HETAB_EXR_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/grid.h>
@@ -37,9 +36,7 @@
 #include <hetab/table.h>
 #include <hetab/types.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 typedef enum hetab_exr_bands { HETAB_EXR_RGB, HETAB_EXR_SPECTRAL } hetab_exr_bands;
 typedef enum hetab_exr_parts {
@@ -78,7 +75,4 @@ hetab_status hetab_exr_create(hetab_context *ctx, const char *path, const hetab_
                               const hetab_grid *grid, const hetab_exr_options *options,
                               hetab_table_writer **out);
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

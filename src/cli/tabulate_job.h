@@ -1,6 +1,5 @@
 /* The tabulate command's job, shared by what runs it and what reports it. */
-#ifndef HETAB_CLI_TABULATE_JOB_H
-#define HETAB_CLI_TABULATE_JOB_H
+#pragma once
 
 #include <hetab/hetab.h>
 #include "options.h"
@@ -46,5 +45,3 @@ int tabulate_has_format(const tabulate_request *request, hetab_format format);
 
 /* The summary on standard output; the exit status. */
 int tabulate_summary(const tabulate_job *job);
-
-#endif

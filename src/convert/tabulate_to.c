@@ -18,7 +18,6 @@
 #include "core/clock.h"
 #include "core/context.h"
 #include "table/specular.h"
-#include "table/table_format.h"
 
 typedef struct output {
   const char *path;

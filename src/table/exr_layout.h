@@ -1,6 +1,5 @@
 /* How a dense table is laid out over the parts and channels of an OpenEXR image. */
-#ifndef HETAB_TABLE_EXR_LAYOUT_H
-#define HETAB_TABLE_EXR_LAYOUT_H
+#pragma once
 
 #include <stdbool.h>
 #include <hetab/exr.h>
@@ -40,5 +39,3 @@ hetab_status hetab_exr_put_header(hetab_context *ctx, hetab_exr_file *file,
                                   const hetab_exr_layout *layout, const hetab_surface *surface,
                                   const hetab_grid *grid);
 void hetab_exr_patch_errors(hetab_exr_file *file, const hetab_error_stats *error);
-
-#endif

@@ -1,6 +1,5 @@
 /* HDF5 tables of any source, a surface or another table. */
-#ifndef HETAB_TABLE_H5_HEAD_H
-#define HETAB_TABLE_H5_HEAD_H
+#pragma once
 
 #include <hetab/table.h>
 
@@ -20,5 +19,3 @@ typedef struct hetab_h5_head {
 hetab_status hetab_h5_create_from(hetab_context *ctx, const char *path, const hetab_h5_head *head,
                                   const hetab_grid *grid, const hetab_h5_options *options,
                                   hetab_table_writer **out);
-
-#endif

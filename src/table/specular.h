@@ -1,7 +1,6 @@
 /* The specular delta beside the tables: rho_s over the incidence in a table's channels, at an
  * angle, and as the file NAME.specular.csv. */
-#ifndef HETAB_TABLE_SPECULAR_H
-#define HETAB_TABLE_SPECULAR_H
+#pragma once
 
 #include <stdbool.h>
 #include <hetab/table.h>
@@ -36,5 +35,3 @@ void hetab_specular_clear(hetab_specular_table *specular);
  * ends. places: NULL: all channels. */
 void hetab_specular_at(const hetab_specular_table *specular, float cos_i,
                        const hetab_band_places *places, float *value);
-
-#endif
