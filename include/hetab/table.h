@@ -10,7 +10,8 @@
  *   attributes of /: name, sigma0_um, tau_um, index_source, hetab_version, method, precision,
  *                    device, tolerance, error_max_sampled, error_share_above, error_p99_rel,
  *                    error_rms_rel, error_max_abs_below_floor, error_samples, error_compared
- *                    (hetab_error_stats; until version 1.0 the first was called error_max_rel)
+ *                    (hetab_error_stats; until version 1.0 the first was called error_max_rel);
+ *                    specular_cone_deg of converted tables, where the delta is in /brdf as a lobe
  */
 #pragma once
 

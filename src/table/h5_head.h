@@ -13,6 +13,7 @@ typedef struct hetab_h5_head {
   size_t channels;         /* the leading axis */
   const double *lambda_um; /* [channels]; NULL: three channels of linear sRGB, the axis `channel` */
   const hetab_band *bands; /* [channels] */
+  double specular_cone;    /* > 0: the delta is in the table, as a lobe that wide (radians) */
 } hetab_h5_head;
 
 /* As hetab_h5_create(). */

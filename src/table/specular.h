@@ -14,6 +14,10 @@ typedef struct hetab_specular_table {
   float *rho;             /* [count][channels] */
 } hetab_specular_table;
 
+/* Attribute of HDF5 tables that hold the delta as a lobe: its width in degrees. */
+#define HETAB_H5_CONE "specular_cone_deg"
+/* That, in radians; 0 where there is none. */
+double hetab_specular_cone_of_h5(hetab_context *ctx, hetab_h5_table *table);
 /* /specular_reflectance of a table of ours. */
 hetab_status hetab_specular_of_h5(hetab_context *ctx, hetab_h5_table *table, const char *path,
                                   hetab_specular_table *specular);
