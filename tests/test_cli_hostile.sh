@@ -88,21 +88,17 @@ with h5py.File("soft.h5", "a") as file:
     file["n"] = h5py.SoftLink("/index")
 END
 
-# harmless FILE PATTERN [1]: every reader refuses it within 5 s (hanging is what is feared); audit has
-# it as a check that failed, with 1 as a file that cannot be judged.
+# harmless FILE PATTERN: every reader refuses it within 5 s (hanging is what is feared).
 harmless() {
   local command
-  for command in "view" "convert" "fit --index Al" "predict BBQAL2 --measurements"; do
+  for command in "view -o x.png" "convert x.binary" audit "fit --index Al" "predict BBQAL2 --measurements"; do
     case $command in
-      view) set -- "$1" "$2" "${3:-0}" view "$1" -o x.png ;;
-      convert) set -- "$1" "$2" "${3:-0}" convert "$1" x.binary ;;
-      *) set -- "$1" "$2" "${3:-0}" $command "$1" ;;
+      convert*) set -- "$1" "$2" convert "$1" x.binary ;;
+      *) set -- "$1" "$2" $command "$1" ;;
     esac
-    timeout 5 "$program" "${@:4}" >out 2>err <in
+    timeout 5 "$program" "${@:3}" >out 2>err <in
     one_line "$command $1" $? 1 "$2"
   done
-  timeout 5 "$program" audit -q "$1" >out 2>err <in
-  [ $? = $((3 - 2 * $3)) ] && pass || fail "audit $1: $(head -c 300 err)"
 }
 
 for file in virtual_*.h5 other_*.h5; do
@@ -112,7 +108,7 @@ for file in fifo_*.h5 secret_*.h5; do harmless "$file" "'$file' is no hetab tabl
 for file in link_*.h5 group_*.h5 loop_*.h5; do harmless "$file" "'$file' is no hetab table"; done
 for file in text_*.h5 wide_*.h5; do harmless "$file" "does not hold floating-point"; done
 for file in long_*.h5; do harmless "$file" "'$file'.* entries"; done
-for file in filter_*.h5; do harmless "$file" "/[a-z_]* is compressed with filter 32015.*h5repack -f NONE" 1; done
+for file in filter_*.h5; do harmless "$file" "/[a-z_]* is compressed with filter 32015.*h5repack -f NONE"; done
 
 for file in newest.h5 soft.h5; do
   works "$file is sound" convert -q -f --theta-i 0,45 --theta-r 0,45 --phi 0,180 "$file" sound.h5
@@ -126,7 +122,7 @@ for unit in rad Radians um m; do
   works "in $unit" convert -qf $angles in_$unit.h5 unit.h5
   check "in $unit: the same" h5diff -p 1e-7 sound.h5 unit.h5 brdf
 done
-harmless in_grad.h5 "'in_grad.h5': the attribute units of /theta_r is 'grad': give degree or rad" 1
+harmless in_grad.h5 "'in_grad.h5': the attribute units of /theta_r is 'grad': give degree or rad"
 harmless in_nm.h5 "'in_nm.h5': entry 0 of /wavelength is 0.4 nm; wavelengths are above 10 nm"
 
 # ---- MERL ---------------------------------------------------------------------------------------
@@ -165,6 +161,7 @@ END
 for name in negative overflow nan; do
   refuses "convert a .bsdf: $name" 1 "'$name.bsdf', field rgb" convert $name.bsdf x.binary
   refuses "view a .bsdf: $name" 1 "'$name.bsdf', field rgb" view $name.bsdf -o x.png
+  refuses "audit a .bsdf: $name" 1 "'$name.bsdf', field rgb" audit $name.bsdf
 done
 
 check "nothing was written" test ! -e x.png -a ! -e x.binary

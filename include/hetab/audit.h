@@ -168,9 +168,9 @@ hetab_status hetab_audit_surface(hetab_context *ctx, hetab_engine *engine,
  * bytes. RGL tables are looked up by <hetab/lookup.h>, their energy is integrated over its samples:
  * `error` is at most 2e-3 for white and BBQAL2 (tests/test_audit.c, test_cli.sh); reciprocity is
  * judged by its L1.
- * A file that is damaged, truncated or of wrong dimensions is a finding (check "structure"), not a
- * failure; one that is no table by its first bytes nor its name is HETAB_ERR_PARSE; one that cannot
- * be read is HETAB_ERR_IO. engine is needed for a reference only; may be NULL with no_reference. */
+ * Only what loads is judged: a file that is damaged, truncated, of wrong dimensions or no table is
+ * HETAB_ERR_PARSE; one that cannot be read is HETAB_ERR_IO. engine is needed for a reference only;
+ * may be NULL with no_reference. */
 hetab_status hetab_audit_table(hetab_context *ctx, hetab_engine *engine, const char *path,
                                const hetab_audit_options *options, hetab_audit **out);
 

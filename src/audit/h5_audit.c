@@ -199,16 +199,10 @@ static hetab_status run(job *j) {
 hetab_status hetab_audit_h5(hetab_context *ctx, hetab_engine *engine, const char *path,
                             const hetab_audit_options *o, hetab_audit *audit) {
   job j = {.ctx = ctx, .engine = engine, .options = o, .audit = audit};
-  hetab_status opened = hetab_h5_open_any(ctx, path, &j.file);
-  if (opened == HETAB_OK)
-    note_dims(&j);
-  hetab_status status = hetab_audit_structure(ctx, opened, audit);
-  if (status == HETAB_OK && j.file)
-    status = run(&j);
-  if (status == HETAB_ERR_PARSE) { /* a chunk that cannot be read */
-    audit->check_count = audit->channel_count = 0;
-    status = hetab_audit_structure(ctx, HETAB_ERR_PARSE, audit);
-  }
+  HETAB_TRY(hetab_h5_open_any(ctx, path, &j.file));
+  note_dims(&j);
+  hetab_audit_structure(audit);
+  hetab_status status = run(&j);
   hetab_dense_table_clear(&j.table);
   hetab_model_clear(&j.model);
   free(j.pairs);

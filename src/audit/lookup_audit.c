@@ -247,12 +247,10 @@ static hetab_status prepare(job *j) {
 hetab_status hetab_audit_lookup(hetab_context *ctx, hetab_engine *engine, const char *path,
                                 const hetab_audit_options *o, hetab_audit *audit) {
   job j = {.ctx = ctx, .options = o, .audit = audit};
-  hetab_status opened = hetab_lookup_open(ctx, path, HETAB_LOOKUP_INTERPOLATE, &j.table);
-  if (opened == HETAB_OK)
-    audit->dims[0] = hetab_lookup_channel_count(j.table);
-  hetab_status status = hetab_audit_structure(ctx, opened, audit);
-  if (status != HETAB_OK || !j.table)
-    return status;
+  hetab_status status;
+  HETAB_TRY(hetab_lookup_open(ctx, path, HETAB_LOOKUP_INTERPOLATE, &j.table));
+  audit->dims[0] = hetab_lookup_channel_count(j.table);
+  hetab_audit_structure(audit);
   HETAB_GOTO(prepare(&j));
   HETAB_GOTO(fill_energy(&j));
   judge(&j);

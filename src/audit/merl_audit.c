@@ -42,12 +42,11 @@ hetab_status hetab_audit_merl(hetab_context *ctx, hetab_engine *engine, const ch
   static const size_t dims[4] = {CHANNELS, HETAB_MERL_THETA_H, HETAB_MERL_THETA_D,
                                  HETAB_MERL_PHI_D};
   hetab_merl *merl = NULL;
-  hetab_status opened = hetab_merl_load_raw(ctx, path, &merl);
-  for (int i = 0; i < 4 && opened == HETAB_OK; i++)
+  hetab_status status;
+  HETAB_TRY(hetab_merl_load_raw(ctx, path, &merl));
+  for (int i = 0; i < 4; i++)
     audit->dims[i] = dims[i];
-  hetab_status status = hetab_audit_structure(ctx, opened, audit);
-  if (status != HETAB_OK || !merl)
-    return status;
+  hetab_audit_structure(audit);
   reader r = {merl, o->lookup};
   HETAB_GOTO(hetab_audit_size(ctx, audit, CHANNELS, HETAB_AUDIT_INCIDENCES));
   hetab_audit_whole_degrees(audit);

@@ -8,13 +8,7 @@
 
 #include "audit/views.h"
 
-hetab_status hetab_audit_structure(hetab_context *ctx, hetab_status opened, hetab_audit *audit) {
-  if (opened == HETAB_ERR_PARSE) {
-    hetab_audit_add(audit, "structure", HETAB_FAIL, (double)audit->bytes, 0, "%s",
-                    hetab_error_message(ctx));
-    return HETAB_OK;
-  }
-  HETAB_TRY(opened);
+void hetab_audit_structure(hetab_audit *audit) {
   char dims[96] = "";
   for (int i = 0; i < 4 && audit->dims[i]; i++) {
     size_t used = strlen(dims);
@@ -22,7 +16,6 @@ hetab_status hetab_audit_structure(hetab_context *ctx, hetab_status opened, heta
   }
   hetab_audit_add(audit, "structure", HETAB_PASS, (double)audit->bytes, 0, "%s %s, %llu bytes",
                   dims, audit->dims[1] ? "entries" : "channels", audit->bytes);
-  return HETAB_OK;
 }
 
 /* How much of the model's specular part there is: beside the table, or in what the lookup gives

@@ -12,9 +12,8 @@ hetab_status hetab_audit_h5(hetab_context *ctx, hetab_engine *engine, const char
 hetab_status hetab_audit_lookup(hetab_context *ctx, hetab_engine *engine, const char *path,
                                 const hetab_audit_options *options, hetab_audit *audit);
 
-/* What was opened, or why not: damage (HETAB_ERR_PARSE) becomes a failed check "structure" and
- * HETAB_OK, with audit->channel_count left 0. */
-hetab_status hetab_audit_structure(hetab_context *ctx, hetab_status opened, hetab_audit *audit);
+/* The check "structure": the dimensions that were opened. */
+void hetab_audit_structure(hetab_audit *audit);
 
 /* Judges audit->against, whose errors are in; specular is that of the model, of every channel. */
 void hetab_audit_judge_against(const hetab_audit_options *options, const double *specular,

@@ -300,7 +300,7 @@ const cli_command cli_audit = {
         "largest diffuse part that conserves energy. Tables, as a renderer looks them up: rho_dh, "
         "NaN, negative and misplaced entries, reciprocity, isotropy, bilateral symmetry; and "
         "against the model the error at random direction pairs.\n\n"
-        "Exit status: 0 no check failed, 3 a check failed, 1 the audit could not run, 2 mistake on "
-        "the command line.",
+        "Exit status: 0 no check failed, 3 a check failed, 1 the audit could not run (a table "
+        "that is damaged is not judged), 2 mistake on the command line.",
     .run = run,
 };

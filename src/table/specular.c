@@ -1,6 +1,7 @@
 #include "table/specular.h"
 
 #include <errno.h>
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -252,9 +253,9 @@ hetab_status hetab_specular_save(hetab_context *ctx, const char *path, const dou
 
 /* ---- looking up ---------------------------------------------------------------------------- */
 
-/* Between two incidences, where it is not 0 along the logarithm. */
+/* Between two incidences along the logarithm, but from 0, and from where b / a could overflow. */
 static float between(float a, float b, float t) {
-  return a > 0 && b > 0 ? a * powf(b / a, t) : a + t * (b - a);
+  return a >= FLT_MIN && b >= FLT_MIN ? a * powf(b / a, t) : a + t * (b - a);
 }
 
 void hetab_specular_at(const hetab_specular_table *s, float cos_i, const hetab_band_places *places,
