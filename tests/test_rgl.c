@@ -464,6 +464,7 @@ static double albedo_of(const hetab_rgl *rgl, double theta_i) {
     if (!(density > 0))
       continue;
     hetab_rgl_eval(rgl, wi, wo, &f);
+    assert_true(f > 0); /* or a chi-square test would leave it out */
     sum += (double)(f * wo[2] / density) / COUNT;
   }
   return sum;
