@@ -39,12 +39,16 @@ static int plan_bands(const cli_command *self, tabulate_job *job) {
   if (r->bands && !words && !tabulate_has_format(job->request, HETAB_FORMAT_MERL))
     return cli_usage(self, "--bands: '%s' is neither rgb nor spectral", r->bands);
   if (words && !spectral && r->exr_parts == HETAB_EXR_BY_WAVELENGTH)
-    return cli_usage(self, "--exr-parts wavelength holds no colour: take --bands spectral");
+    return cli_usage(self, "--exr-layout wavelength holds no colour: take --bands spectral");
+  if (spectral && r->exr_parts == HETAB_EXR_ATLAS)
+    return cli_usage(self, "--exr-layout atlas holds R, G and B: leave --bands spectral out");
   job->rgl.table_error = r->table_error;
   job->rgl.specular_cone = hetab_radians(r->cone_deg);
   job->exr.specular_cone = job->rgl.specular_cone;
   job->exr.parts = (hetab_exr_parts)r->exr_parts;
-  job->exr.element = (hetab_exr_element)r->exr_type;
+  job->exr.element = r->exr_type >= 0                  ? (hetab_exr_element)r->exr_type
+                     : r->exr_parts == HETAB_EXR_ATLAS ? HETAB_EXR_HALF
+                                                       : HETAB_EXR_FLOAT;
   job->rgl.bands = spectral ? HETAB_RGL_SPECTRAL : HETAB_RGL_RGB;
   if (spectral || r->exr_parts == HETAB_EXR_BY_WAVELENGTH)
     job->exr.bands = HETAB_EXR_SPECTRAL;
@@ -83,27 +87,22 @@ static int plan_merl(const cli_command *self, tabulate_job *job) {
 /* ---- inputs -------------------------------------------------------------------------------- */
 
 static hetab_status set_wavelengths(tabulate_job *job, const char *spec) {
-  double *lambda_um;
+  HETAB_FREED double *lambda_um = NULL;
   size_t count;
-  hetab_status status = hetab_parse_wavelengths(job->ctx, spec, &lambda_um, &count);
-  if (status != HETAB_OK)
-    return status;
-  status = hetab_surface_set_wavelengths(job->ctx, job->surface, lambda_um, count);
-  free(lambda_um);
-  return status;
+  HETAB_TRY(hetab_parse_wavelengths(job->ctx, spec, &lambda_um, &count));
+  return hetab_surface_set_wavelengths(job->ctx, job->surface, lambda_um, count);
 }
 
 static hetab_status open_inputs(tabulate_job *job) {
   const tabulate_request *r = job->request;
-  hetab_status status = hetab_surface_open(job->ctx, r->surface, &job->surface);
-  if (status == HETAB_OK && r->wavelengths)
-    status = set_wavelengths(job, r->wavelengths);
-  if (status == HETAB_OK)
-    status = hetab_grid_create(job->ctx, &job->grid);
-  for (int axis = 0; axis < HETAB_AXIS_COUNT && status == HETAB_OK; axis++)
+  HETAB_TRY(hetab_surface_open(job->ctx, r->surface, &job->surface));
+  if (r->wavelengths)
+    HETAB_TRY(set_wavelengths(job, r->wavelengths));
+  HETAB_TRY(hetab_grid_create(job->ctx, &job->grid));
+  for (int axis = 0; axis < HETAB_AXIS_COUNT; axis++)
     if (r->axes[axis])
-      status = hetab_grid_set_axis(job->ctx, job->grid, (hetab_axis)axis, r->axes[axis]);
-  return status;
+      HETAB_TRY(hetab_grid_set_axis(job->ctx, job->grid, (hetab_axis)axis, r->axes[axis]));
+  return HETAB_OK;
 }
 
 /* Float by default, double where the tolerance asks for more than float arithmetic has, or the
@@ -139,10 +138,8 @@ static int fail_if_existing(const tabulate_job *job, const char *path) {
   if (!hetab_format_by_ending(path, &format) ||
       (format != HETAB_FORMAT_MERL && format != HETAB_FORMAT_RGL))
     return 0;
-  char *beside = hetab_specular_path(job->ctx, path);
-  int failed = beside && !cli_output_allowed(job->ctx, beside, 0);
-  free(beside);
-  return failed;
+  HETAB_FREED char *beside = hetab_specular_path(job->ctx, path);
+  return beside && !cli_output_allowed(job->ctx, beside, 0);
 }
 
 /* Says which file exists, and what to do about it; 0 if none does any more. */
@@ -203,7 +200,7 @@ static int run_job(const cli_command *self, const tabulate_request *request) {
 
 static int run(const cli_command *self, int argc, char **argv) {
   tabulate_request request = {
-      .precision = -1, .element = -1, .renderer = -1, .samples = 2000, .seed = 1};
+      .precision = -1, .element = -1, .exr_type = -1, .renderer = -1, .samples = 2000, .seed = 1};
   int status = tabulate_parse(self, argc, argv, &request);
   if (status < 0)
     status = run_job(self, &request);
@@ -224,7 +221,8 @@ const cli_command cli_tabulate = {
         "it is written to NAME.specular.csv.\n\n"
         "An OpenEXR file holds a part for each theta_i (rows theta_r, columns phi; channels R G B, "
         "or T.550,000000nm and so on), or for each wavelength (rows theta_i and theta_r), with the "
-        "surface and the axes as attributes.\n\n"
+        "surface and the axes as attributes; with --exr-layout atlas all theta_i are tiles of one "
+        "picture, rho_s is among the attributes, and scripts/exr_atlas.glsl reads it.\n\n"
         "A .bsdf is an RGL table, as small as --table-error allows, for the renderer named by "
         "--for: linear sRGB and spectra are two kinds of file, and each reader takes one of them. "
         "It is made on the host and needs no device.\n\n"

@@ -10,8 +10,8 @@ typedef struct tabulate_request {
   cli_list files;
   const char *axes[HETAB_AXIS_COUNT], *wavelengths, *device, *bands;
   int precision, method, element, sampling, colour; /* -1: chosen; element: as precision */
-  int exr_parts, exr_type;                          /* as hetab_exr_parts, hetab_exr_element */
-  int renderer;                                     /* tabulate_renderers[]; -1: none named */
+  int exr_parts, exr_type; /* as hetab_exr_parts, hetab_exr_element; -1: as exr_parts has it */
+  int renderer;            /* tabulate_renderers[]; -1: none named */
   double tolerance, cone_deg, table_error;
   size_t samples, seed, compression;
   int force, quiet, json;
