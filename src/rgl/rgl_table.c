@@ -375,8 +375,9 @@ double hetab_rgl_slice_theta(const hetab_rgl *rgl, size_t k) {
   return theta - 0.25 * (theta - before);
 }
 
-/* values[channels][resolution][resolution]: what goes into slice k. Nothing that may be drawn weighs
- * 0 there: a renderer's chi-square test would leave it out of its samples, not of the density. */
+/* values[channels][resolution][resolution]: what goes into slice k. Nothing that may be drawn
+ * weighs 0 there: a renderer's chi-square test would leave it out of its samples, not of the
+ * density. */
 static hetab_status fill_slice(hetab_context *ctx, const hetab_rgl_source *source, hetab_rgl *rgl,
                                size_t k, double *values) {
   size_t count = source->channels * rgl->resolution * rgl->resolution;
