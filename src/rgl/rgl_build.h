@@ -55,7 +55,7 @@ hetab_status hetab_rgl_forecast_at(hetab_context *ctx, const hetab_rgl_forecast 
                                    hetab_rgl_report *out);
 
 /* What the reader makes of any table, against the source (the same channels): fills the report's
- * errors. Directions are drawn half from the table's own sampler and half evenly. */
+ * errors. Directions are drawn half from the table's own sampler and half widely. */
 hetab_status hetab_rgl_measure(hetab_context *ctx, const hetab_rgl_source *source,
                                const hetab_rgl *rgl, hetab_rgl_report *report);
 
