@@ -593,8 +593,7 @@ static void assert_own_wavelengths(const hetab_lookup *table, double tol) {
 static void paths_have_their_own_wavelengths(void **state) {
   hetab_context *ctx = ((fixture *)*state)->ctx;
   hetab_surface *surface = surface_of(ctx, "BBQAL2", NULL, 0);
-  const hetab_rgl_options spectral = {
-      .bands = HETAB_RGL_SPECTRAL, .theta_i_count = 8, .resolution = 12};
+  const hetab_rgl_options spectral = {.bands = HETAB_RGL_SPECTRAL, .table_error = 0.1};
   hetab_rgl *rgl;
   hetab_lookup *table = h5_table(ctx, surface);
   assert_int_equal(hetab_lookup_channel_count(table), BANDS);

@@ -42,9 +42,8 @@ typedef struct hetab_rgl_options {
    * (radians), whose reflectance is rho_s at every incidence to 85 degrees: within 1 % for 2
    * degrees and more. */
   double specular_cone;
-  /* Not 0: this shape is tried first, then a few larger ones, in place of the search: 4 to 96
-   * incidences of 8 to 128 nodes squared. */
-  size_t theta_i_count, resolution;
+  /* Of a plan (hetab/plan.h): its shape, or one of a few larger ones, in place of a search. */
+  const struct hetab_rgl_forecast *forecast;
 } hetab_rgl_options;
 
 /* What the reader of the table gets, against the model, at random directions: the sums over

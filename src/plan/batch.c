@@ -31,6 +31,7 @@ typedef struct job {
   const hetab_scene *scene;
   const hetab_plan *plan;
   size_t i;
+  hetab_rgl_forecast forecast;
   const char *folder, *name, *ending;
   hetab_batch_result *result;
   json_t *files; /* of the record */
@@ -81,12 +82,14 @@ static hetab_status prepare_rgl(job *j, const hetab_plan_item *table, hetab_surf
                                 hetab_rgl_options *options) {
   const hetab_surface *surface = j->scene->surfaces[j->i];
   bool spectral = hetab_wanted_bands(j->scene) == HETAB_RGL_SPECTRAL;
+  j->forecast = j->plan->forecasts[table - j->plan->items];
+  j->forecast.shape.theta_i = table->theta_i_count;
+  j->forecast.shape.resolution = table->resolution;
   *options = (hetab_rgl_options){
       .bands = hetab_wanted_bands(j->scene),
       .table_error = is_bound(j) ? 1.0 : j->plan->table_error - table->wavelength_error,
       .specular_cone = table->delta == HETAB_DELTA_FOLDED ? j->scene->specular_cone : 0.0,
-      .theta_i_count = table->theta_i_count,
-      .resolution = table->resolution};
+      .forecast = table->resolution ? &j->forecast : NULL};
   return hetab_plan_thinned(
       j->ctx, surface, spectral ? table->wavelengths : hetab_surface_band_count(surface), thinned);
 }
