@@ -4,8 +4,7 @@
  *
  * A table of 1 / pi at 1 %, as MERL cells: 0.13 to 0.46, and 3.1 % of them off by more than 5 %;
  * albedo at 80 degrees within 0.5 % (tests/test_convert.c). */
-#ifndef HETAB_RGL_RGL_SMOOTH_H
-#define HETAB_RGL_RGL_SMOOTH_H
+#pragma once
 
 #include <hetab/rgl.h>
 
@@ -23,5 +22,3 @@ void hetab_rgl_smooth_clear(hetab_rgl_smooth *smooth);
 /* As hetab_rgl_eval(): value[channels], 1/sr. */
 void hetab_rgl_smooth_eval(const hetab_rgl_smooth *smooth, const float wi[3], const float wo[3],
                            float *value);
-
-#endif
