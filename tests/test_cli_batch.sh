@@ -185,6 +185,14 @@ works_loud "one slope" batch rough.yml -o rough
 check "one table" test ! -e rough/b.bsdf -a -e rough/c.bsdf
 check "measured" grep -q '"fits": true' rough/b.json
 
+# more light than falls on it, by the model's own doing, is no fault of the table
+scene bright.yml 'surfaces: [{name: bright, sigma0_um: 0.1, tau_um: 2, index: Ag}]' 'consumer: mitsuba-rgb'
+works_loud "a model that makes light" batch bright.yml -o bright --quiet
+check "told from a table's fault" /usr/bin/python3 -c '
+import json; r = json.load(open("bright/bright.json"))
+assert r["verdict"] == "model" and r["fits"] and r["energy"] > 1.005 and abs(r["bias"]) < 0.01 / 3'
+check "the page too" grep -q '<td>bright</td><td class="b WARN">model' bright/index.html
+
 # parts, and a launcher's
 for part in 1 2; do
   works_loud "part $part" batch two.yml -o parts --shard $part/2 --quiet
