@@ -104,6 +104,7 @@ bad "bad range" 'bad.yml:1: key tau_um' \
   'sweep: {index: Al, slope: 0.1, tau_um: {from: 5, to: 1, count: 3}}' 'consumer: merl'
 bad "outside the index data" '103\.32' \
   'surfaces: [{name: x, sigma0_um: 1, tau_um: 5, index: Al, wavelengths_nm: 80:90:10}]' 'consumer: merl'
+bad "a unit" "bad.yml:2: key memory_mb: '20 MB'.*without a unit" 'surfaces: [NGGAL]' 'memory_mb: 20 MB' 'consumer: merl'
 bad "error out of range" 'bad.yml:2: key table_error' 'surfaces: [NGGAL]' 'table_error: 2' 'consumer: merl'
 
 # ---- batches -------------------------------------------------------------------------------------
