@@ -226,7 +226,7 @@ static hetab_status find_shape(search *s) {
 }
 
 static bool keeps(const search *s) {
-  return s->report.error_l1 <= s->target && fabs(s->report.bias) <= bias_share * s->target &&
+  return s->report.error_l1 <= s->target && fabs(s->report.bias) <= s->target / 3.0 &&
          s->report.error_grazing <= 0.1;
 }
 
@@ -336,7 +336,7 @@ static hetab_status prepare(search *s) {
 /* Wide lobes end at the horizon all round, where errors fall with less than the square of the
  * nodes: more of them are left at usual resolutions. */
 static double cells_of(const search *s) {
-  return s->cells * (1.0 + 2.0 * fmax(s->width - 0.5, 0.0));
+  return s->cells * (1.0 + 1.5 * fmax(s->width - 0.42, 0.0));
 }
 
 hetab_status hetab_rgl_forecast_make(hetab_context *ctx, const hetab_rgl_source *source,
