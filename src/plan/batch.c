@@ -93,7 +93,7 @@ static hetab_status prepare_rgl(job *j, const hetab_plan_item *table, hetab_surf
       .bands = hetab_wanted_bands(j->scene),
       .table_error = is_bound(j) ? 1.0 : j->plan->table_error - table->wavelength_error,
       .specular_cone = table->delta == HETAB_DELTA_FOLDED ? j->scene->specular_cone : 0.0,
-      .forecast = table->resolution ? &j->forecast : NULL};
+      .forecast = table->resolution && j->forecast.shape.ndf ? &j->forecast : NULL};
   return hetab_plan_thinned(
       j->ctx, surface, spectral ? table->wavelengths : hetab_surface_band_count(surface), thinned);
 }

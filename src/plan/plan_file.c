@@ -15,21 +15,28 @@
 #include "plan/probe.h"
 #include "plan/scene.h"
 
+/* 0: there is none. */
+static bool is_shape(json_int_t ndf, json_int_t vndf_theta, json_int_t vndf_phi) {
+  return ndf == 0 ||
+         (ndf > 1 && ndf <= HETAB_RGL_MOST_NDF && vndf_theta > 1 &&
+          vndf_theta <= HETAB_RGL_MOST_NODES && vndf_phi > 1 && vndf_phi <= HETAB_RGL_MOST_NODES);
+}
+
 /* A density is two hexadecimal digits an incidence. */
 static bool unpack_forecast(const json_t *json, hetab_rgl_forecast *out) {
   json_int_t ndf, vndf_theta, vndf_phi;
   const char *density;
-  if (json_unpack((json_t *)json, "{sI sI sI sF ss}", "ndf", &ndf, "vndf_theta", &vndf_theta,
-                  "vndf_phi", &vndf_phi, "soft", &out->shape.soft, "density", &density) != 0 ||
-      ndf < 0 || ndf > HETAB_RGL_MOST_NDF || vndf_theta < 0 || vndf_theta > HETAB_RGL_MOST_NODES ||
-      vndf_phi < 0 || vndf_phi > HETAB_RGL_MOST_NODES)
+  bool good =
+      json_unpack((json_t *)json, "{sI sI sI sF ss}", "ndf", &ndf, "vndf_theta", &vndf_theta,
+                  "vndf_phi", &vndf_phi, "soft", &out->shape.soft, "density", &density) == 0 &&
+      is_shape(ndf, vndf_theta, vndf_phi) && strlen(density) == 2 * HETAB_RGL_PROBES;
+  for (int k = 0; good && k < HETAB_RGL_PROBES; k++)
+    good = sscanf(density + 2 * k, "%2hhx", &out->density[k]) == 1;
+  if (!good)
     return false;
   out->shape.ndf = (size_t)ndf;
   out->shape.vndf_theta = (size_t)vndf_theta;
   out->shape.vndf_phi = (size_t)vndf_phi;
-  for (int k = 0; k < HETAB_RGL_PROBES; k++)
-    if (sscanf(density + 2 * k, "%2hhx", &out->density[k]) != 1)
-      return false;
   return true;
 }
 
