@@ -511,11 +511,11 @@ static void test_white_horizon(void **state) {
   }
   print_message("  cells from %.3f to %.3f\n", least, largest);
   assert_below("cells off by 5 %", (double)wrong / (double)valid, 0.035);
-  assert_true(least > 0.1 && largest < 0.5);
+  assert_true(least > 0.13 && largest < 0.47);
   assert_ok(ctx, hetab_lookup_open(ctx, out, HETAB_LOOKUP_INTERPOLATE, &table));
   float wi[3] = {sinf(1.3962634f), 0, cosf(1.3962634f)}, albedo[3];
   hetab_lookup_albedo(table, NULL, 1, wi, albedo, NULL);
-  assert_below("albedo at 80 degrees", fabs((double)albedo[1] - 1), 0.005);
+  assert_below("albedo at 80 degrees", fabs((double)albedo[1] - 1), 0.001);
   unlink(in);
   unlink(out);
   hetab_lookup_free(table);

@@ -26,7 +26,7 @@
  * need HETAB_FIT_ENERGY.
  *
  * Errors (tests/test_fit.c): the report's five surfaces with a = 0.05 and 2 % noise, measured as a
- * gonioreflectometer does at 1440 pairs: slope within 0.5 %, a within 0.006 (1e-4 with relative
+ * gonioreflectometer does at 1440 pairs: slope within 0.5 %, a within 0.006 (2e-4 with relative
  * weights), the same from every start to 1e-7. From 324 pairs in the incidence plane, energy
  * weights leave `a` of the smoothest, beside a peak of 140 / sr, to within 0.1. Of such
  * sets of GGAL120 with 5 % noise, as aluminium and as a paint (n 1.5, a 0.3), the 95 % intervals of
