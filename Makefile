@@ -84,8 +84,9 @@ gpu-shape-%: $(BUILD)/tests/test_%
 	@HETAB_SHAPE=gpu $<
 
 .PHONY: test-renderers
-test-renderers: setup ## check the .bsdf tables in Mitsuba 3 (from PyPI, below build/)
-	@$(MAKE) --no-print-directory -s build
+test-renderers: ## check tables in Mitsuba 3 and OpenCV (from PyPI, below build/), OpenImageIO and WebGL
+	@sh scripts/setup renderers
+	@$(MAKE) --no-print-directory -s build $(BUILD)/tests/exr_readback
 	@PYTHON=$(PYTHON) scripts/test_renderers $(BUILD)
 
 .PHONY: gallery

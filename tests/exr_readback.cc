@@ -37,11 +37,14 @@ int main(int argc, char **argv) {
     return fail("usage", "exr_readback FILE PIXELS");
   if (ParseEXRVersionFromFile(&version, argv[1]) != TINYEXR_SUCCESS)
     return fail(argv[1], "no OpenEXR file");
-  if (!version.multipart)
-    return fail(argv[1], "not multi-part");
-  if (ParseEXRMultipartHeaderFromFile(&headers, &count, &version, argv[1], &message) !=
-      TINYEXR_SUCCESS)
+  EXRHeader *single = new EXRHeader; // what the multi-part reader would have made of it
+  InitEXRHeader(single);
+  if (version.multipart ? ParseEXRMultipartHeaderFromFile(&headers, &count, &version, argv[1],
+                                                          &message)
+                        : ParseEXRHeaderFromFile(single, &version, argv[1], &message))
     return fail(argv[1], message);
+  if (!version.multipart)
+    headers = &single, count = 1;
   EXRImage *images = new EXRImage[count];
   for (int p = 0; p < count; p++) {
     InitEXRImage(&images[p]);
@@ -60,9 +63,10 @@ int main(int argc, char **argv) {
     for (int a = 0; a < h->num_custom_attributes; a++)
       print_attribute(p, h->custom_attributes[a]);
   }
-  if (LoadEXRMultipartImageFromFile(images, const_cast<const EXRHeader **>(headers),
-                                    static_cast<unsigned>(count), argv[1],
-                                    &message) != TINYEXR_SUCCESS)
+  if (version.multipart
+          ? LoadEXRMultipartImageFromFile(images, const_cast<const EXRHeader **>(headers),
+                                          static_cast<unsigned>(count), argv[1], &message)
+          : LoadEXRImageFromFile(images, single, argv[1], &message))
     return fail(argv[1], message);
   FILE *pixels = fopen(argv[2], "wb");
   if (!pixels)

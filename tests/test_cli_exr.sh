@@ -39,6 +39,13 @@ wavelengths_nm: [550]
 YAML
 works "folded" tabulate steel.yml -o folded.exr -o folded.h5 --bands spectral --specular-cone 2 --json
 check "the HDF5 file keeps the delta apart" json "[o['specular']['in_table'] for o in d['outputs']] == [True, False]"
+works "atlas" tabulate BBQAL2 $grid -o atlas.exr --exr-layout atlas
+check "atlas: where the delta is" has 'atlas.exr: .* is in the attributes specular_reflectance_R, _G and _B$'
+check "atlas: readers" has 'atlas.exr: loads in OpenImageIO, OpenCV and shaders'
+works "atlas of a needle, in float" tabulate needle.yml $grid -o sharp.exr --exr-layout atlas --exr-type float --samples 0
+works "atlas of one incidence, uneven" tabulate BBQAL2 -o one.exr --exr-layout atlas --theta-i 30 \
+  --theta-r 0,1,5,30,89 --phi 180 --samples 0
+works "atlas, folded" tabulate steel.yml -o steel.exr --exr-layout atlas --specular-cone 2 --wavelengths 400:700:10
 refuses "too narrow a cone for the grid" 1 "take 1 or more" tabulate steel.yml -o b.exr --specular-cone 0.9
 
 # ---- bad input ---------------------------------------------------------------------------------
@@ -48,6 +55,15 @@ works "force" tabulate BBQAL2 $grid -o rgb.exr --force
 refuses "missing folder" 1 "none/a.exr" tabulate BBQAL2 $grid -o none/a.exr
 refuses "parts by wavelength in colour" 2 "take --bands spectral" tabulate BBQAL2 -o b.exr \
   --exr-parts wavelength --bands rgb
+refuses "spectral atlas" 2 "atlas holds R, G and B" tabulate BBQAL2 -o b.exr --exr-layout atlas --bands spectral
+refuses "needle in half" 1 "above 65504.*--exr-type float" tabulate needle.yml $grid -o b.exr --exr-layout atlas
+refuses "atlas of a huge grid" 1 "16560 x 16470 pixels .*textures" tabulate BBQAL2 -o b.exr --exr-layout atlas \
+  --theta-i 0:90:900 --theta-r 0:90:549 --phi 0:180:552
+refuses "existing atlas" 1 "atlas.exr exists: use --force" tabulate BBQAL2 $grid -o atlas.exr --exr-layout atlas
+refuses "a layout without its file" 2 "--exr-layout is for .exr" tabulate BBQAL2 -o b.h5 --exr-layout atlas
+for command in "convert atlas.exr b.h5" "view atlas.exr -o b.png" "audit atlas.exr" "eval atlas.exr"; do
+  refuses "$command" 1 "atlas.exr.* no (table|surface)" $command
+done
 refuses "colour of one wavelength" 1 "400 to 700 nm" tabulate BBQAL2 -o b.exr --wavelengths 550
 refuses "absurd size" 1 "GiB of memory" tabulate BBQAL2 -o b.exr --theta-i 0:90:300 \
   --theta-r 0:90:300 --phi 0:180:721 --exr-parts wavelength
@@ -58,9 +74,9 @@ check "nothing was written" test ! -e b.exr
 # ---- OpenEXR's own tools -----------------------------------------------------------------------
 
 if command -v exrheader >/dev/null && command -v exrinfo >/dev/null; then
-  for file in rgb spectral double half needle few; do
+  for file in rgb spectral double half needle few atlas sharp one steel; do
     check "$file: exrheader" exrheader $file.exr
-    check "$file: exrinfo" exrinfo -s $file.exr
+    check "$file: exrinfo" sh -c "exrinfo -s $file.exr | grep -q '^ part 1: '" # its status is any number
   done
   exrheader rgb.exr >out
   check "surface" has '^surface .*"BBQAL2"'
@@ -105,7 +121,7 @@ def half():
     return all(np.array_equal(parts[part("wavelength_%.2fnm", l)][channel(l)],
                               brdf[b].reshape(-1, brdf.shape[3]).astype("f2").astype("f4"))
                for b, l in enumerate(nm))
-def rgb():  # the published observer and illuminant, the published matrix, summed here
+def weights():  # the published observer and illuminant, the published matrix, summed here
     text = open(sys.argv[2]).read()
     table = np.array([[float(v) for v in row.split(",")] for row in
                       re.findall(r"\{([-+0-9.e, ]+)\},", text.split("observer_d65[BANDS][4]")[1])[:31]])
@@ -114,15 +130,32 @@ def rgb():  # the published observer and illuminant, the published matrix, summe
     xyz *= d65 / xyz.sum(axis=0)
     to_rgb = np.array([[3.2404542, -1.5371385, -0.4985314], [-0.9692660, 1.8760108, 0.0415560],
                        [0.0556434, -0.2040259, 1.0572252]])
-    weights = xyz @ (to_rgb / (to_rgb @ d65)[:, None]).T  # white is (1, 1, 1)
+    return xyz @ (to_rgb / (to_rgb @ d65)[:, None]).T  # white is (1, 1, 1)
+def close(plane, spectrum, c, rounding=0, step=1e-38):  # a float's rounding and least number
+    wanted = np.tensordot(weights()[:, c], spectrum.astype("f8"), 1)
+    scale = np.tensordot(abs(weights()[:, c]), spectrum.astype("f8"), 1)
+    return np.all(abs(plane - wanted) <= 1e-7 * scale + rounding * abs(wanted) + step)
+def rgb():
     parts = load("rgb")
-    def close(plane, spectrum, c):
-        wanted = np.tensordot(weights[:, c], spectrum.astype("f8"), 1)
-        scale = np.tensordot(abs(weights[:, c]), spectrum.astype("f8"), 1)
-        return np.all(abs(plane - wanted) <= 1e-7 * scale + 1e-38)  # a float's rounding and least number
     return all(close(parts[n]["RGB"[c]], brdf[:, i], c) for c in range(3)
                for i, n in enumerate(names)) and all(
         close(parts["specular_reflectance"]["RGB"[c]][0], rho, c) for c in range(3))
+def atlas():
+    (planes,), (rows, columns) = load("atlas").values(), brdf.shape[2:]
+    across, text = 4, open("atlas.txt").read()
+    tiles = {c: planes[c].reshape(2, rows, across, columns).swapaxes(1, 2).reshape(-1, rows, columns)
+             for c in "RGB"}  # 7 and one left over
+    return all(close(tiles["RGB"[c]][i], brdf[:, i], c, 2**-11, 2**-25) for c in range(3)
+               for i in range(len(deg))) and not any(tiles[c][len(deg):].any() for c in "RGB") and all(
+        f" {a}\n" in text for a in ("tiles_across double 4", "specular_reflectance_R floatvector 7",
+                                   "specular_delta string not in the BRDF", "theta_i_deg floatvector 7"))
+def sharp():
+    return max(p.max() for p in load("sharp").popitem()[1].values()) > 65504
+def one():
+    return load("one").popitem()[1]["G"].shape == (5, 1)
+def steel():
+    text = open("steel.txt").read()
+    return "specular_cone_deg double 2\n" in text and "specular_delta string folded into the BRDF\n" in text
 def needle():
     parts = load("needle")
     return max(p[c].max() for p in parts.values() for c in p) == 65504
@@ -146,7 +179,7 @@ def few():
 sys.exit(not globals()[sys.argv[1]]())
 PY
 if [ -x "$readback" ]; then
-  for file in rgb spectral double half needle few folded; do
+  for file in rgb spectral double half needle few folded atlas sharp one steel; do
     check "$file: tinyexr" sh -c "'$readback' $file.exr $file.bin >$file.txt"
     check "$file: values" /usr/bin/python3 compare.py $file "$colour"
   done

@@ -257,6 +257,8 @@ done
 works "a pipe" roughness <(cat line.csv) --csv piped.csv
 check "nothing of a pipe is lost" cmp <(sed 's,/dev/fd/[0-9]*,line.csv,' piped.csv) plain.csv
 sed 's/\./,/g;s/,/;/' line.csv >comma.csv
+printf 'x [um],z [nm],z [nm]\n0,3,4\n' >single.csv
+refuses "one place" 1 '1 x 2 heights: a scan has at least 2' roughness single.csv
 refuses "decimal commas" 1 'with a decimal point' roughness comma.csv
 head -c 300 /dev/zero >zeros.bin
 refuses "binary" 1 'neither X3P, nor SDF, nor .sur, nor text' roughness zeros.bin

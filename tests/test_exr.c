@@ -255,6 +255,53 @@ static void colour(void **state) {
   exr_finish(&exr);
 }
 
+/* The tiles of an atlas are the parts by theta_i. */
+static void atlas(void **state) {
+  hetab_context *ctx = ((fixture *)*state)->ctx;
+  static const char *const parts[] = {"theta_i_00_00deg", "theta_i_30_50deg", "theta_i_90_00deg"};
+  hetab_exr_options options = {.parts = HETAB_EXR_ATLAS};
+  float rho[THETA_I], tile[BLOCK], all[THETA_I * BLOCK];
+  const float *vector;
+  double across;
+  int32_t length;
+  int count;
+  write_table(ctx, "parts.exr", &(hetab_exr_options){0});
+  write_table(ctx, "atlas.exr", &options);
+  exr_context_t exr = open_exr("parts.exr"), whole = open_exr("atlas.exr");
+  assert_int_equal(exr_get_count(whole, &count), EXR_ERR_SUCCESS);
+  assert_int_equal(count, 1);
+  read_part(whole, "atlas", "G", THETA_I * PHI, THETA_R, all);
+  for (size_t i = 0; i < THETA_I; i++) {
+    read_part(exr, parts[i], "G", PHI, THETA_R, tile);
+    for (size_t p = 0; p < BLOCK; p++)
+      assert_true(all[(p / PHI * THETA_I + i) * PHI + p % PHI] == tile[p]);
+  }
+  read_part(exr, "specular_reflectance", "G", THETA_I, 1, rho);
+  assert_int_equal(exr_attr_get_double(whole, 0, "tiles_across", &across), EXR_ERR_SUCCESS);
+  assert_true(across == THETA_I);
+  assert_int_equal(exr_attr_get_float_vector(whole, 0, "specular_reflectance_G", &length, &vector),
+                   EXR_ERR_SUCCESS);
+  assert_int_equal(length, THETA_I);
+  assert_memory_equal(vector, rho, sizeof rho);
+  exr_finish(&exr);
+  exr_finish(&whole);
+}
+
+/* What half floats do not hold is refused, and leaves nothing behind. */
+static void atlas_too_bright(void **state) {
+  hetab_context *ctx = ((fixture *)*state)->ctx;
+  hetab_exr_options options = {.parts = HETAB_EXR_ATLAS, .element = HETAB_EXR_HALF};
+  float bright[BLOCK] = {[BLOCK - 1] = 65600};
+  hetab_status status = HETAB_OK;
+  job job;
+  assert_ok(ctx, open_job(ctx, "a.exr", &options, BANDS, &job));
+  for (size_t w = 0; w < BANDS && status == HETAB_OK; w++)
+    status = hetab_table_write_slab(ctx, job.writer, &(hetab_slab){w, 0, 1, bright});
+  assert_failure(ctx, status, HETAB_ERR_RANGE, "above 65504");
+  close_job(&job);
+  assert_int_equal(count_files("."), 0);
+}
+
 static void attributes(void **state) {
   hetab_context *ctx = ((fixture *)*state)->ctx;
   hetab_exr_options options = {
@@ -308,6 +355,13 @@ static void bad_options(void **state) {
       open_job(ctx, "a.exr", &(hetab_exr_options){.parts = HETAB_EXR_BY_WAVELENGTH}, BANDS, &job),
       HETAB_ERR_ARGUMENT, "spectral bands");
   close_job(&job);
+  assert_failure(
+      ctx,
+      open_job(ctx, "a.exr",
+               &(hetab_exr_options){.parts = HETAB_EXR_ATLAS, .bands = HETAB_EXR_SPECTRAL}, BANDS,
+               &job),
+      HETAB_ERR_ARGUMENT, "R, G and B");
+  close_job(&job);
   assert_failure(ctx, open_job(ctx, "a.exr", &(hetab_exr_options){0}, 5, &job), HETAB_ERR_RANGE,
                  "400 to 700");
   close_job(&job);
@@ -317,7 +371,8 @@ static void bad_options(void **state) {
 static hetab_status try_grid(hetab_context *ctx, const char *theta_i, const char *theta_r,
                              const char *phi, hetab_exr_parts parts) {
   job job;
-  hetab_exr_options options = {.bands = HETAB_EXR_SPECTRAL, .parts = parts};
+  hetab_exr_options options = {
+      .bands = parts == HETAB_EXR_ATLAS ? HETAB_EXR_RGB : HETAB_EXR_SPECTRAL, .parts = parts};
   assert_ok(ctx,
             open_job(ctx, "b.exr", &(hetab_exr_options){.bands = HETAB_EXR_SPECTRAL}, BANDS, &job));
   hetab_table_abort(job.writer);
@@ -340,6 +395,8 @@ static void absurd_sizes(void **state) {
                  HETAB_ERR_RANGE, "4000000 rows");
   assert_failure(ctx, try_grid(ctx, "0:90:300", "0:90:300", "0:180:721", HETAB_EXR_BY_WAVELENGTH),
                  HETAB_ERR_RANGE, "GiB");
+  assert_failure(ctx, try_grid(ctx, "0:90:2", "0:90:2", "0:180:20000", HETAB_EXR_ATLAS),
+                 HETAB_ERR_RANGE, "20000 x 4 pixels");
   assert_int_equal(count_files("."), 0);
 }
 
@@ -397,8 +454,10 @@ static void full_disk(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      TEST(spectral),    TEST(by_wavelength), TEST(half),      TEST(colour),   TEST(attributes),
-      TEST(bad_options), TEST(absurd_sizes),  TEST(bad_slabs), TEST(existing), TEST(full_disk),
+      TEST(spectral),         TEST(by_wavelength), TEST(half),
+      TEST(colour),           TEST(attributes),    TEST(atlas),
+      TEST(atlas_too_bright), TEST(bad_options),   TEST(absurd_sizes),
+      TEST(bad_slabs),        TEST(existing),      TEST(full_disk),
   };
   return cmocka_run_group_tests_name("exr", tests, NULL, NULL);
 }

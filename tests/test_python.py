@@ -275,6 +275,14 @@ class Tables(unittest.TestCase):
         with self.assertRaisesRegex(hetab.Error, "once.h5"):
             hetab.tabulate_to(surface, path)
 
+    def test_an_atlas(self):
+        path = os.path.join(self.folder.name, "atlas.exr")
+        hetab.tabulate_to(hetab.Surface("GGAL240"), path, exr={"parts": "atlas", "element": "half"})
+        with open(path, "rb") as file:
+            self.assertIn(b"tiles_across", file.read(4096))
+        with self.assertRaisesRegex(ValueError, "atlas"):
+            hetab.tabulate_to(hetab.Surface("GGAL240"), path, exr={"parts": "tiles"})
+
     def test_what_is_no_table(self):
         with self.assertRaises(hetab.Error) as raised:
             hetab.open_table("/nowhere/table.h5")

@@ -3,17 +3,14 @@
  *
  * Numerical errors are kept apart from properties: `value` is what was found, `error` how well it
  * is known, and nothing is found wrong that its own error could explain. */
-#ifndef HETAB_AUDIT_H
-#define HETAB_AUDIT_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/engine.h>
 #include <hetab/surface.h>
 #include <hetab/tabulate.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 typedef enum hetab_audit_kind {
   HETAB_AUDIT_SURFACE,
@@ -208,7 +205,4 @@ hetab_status hetab_repair(hetab_context *ctx, const char *path, const char *out_
                           hetab_reading lookup, int scale_energy, int overwrite,
                           hetab_repair_report *report);
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

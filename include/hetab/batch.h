@@ -4,15 +4,12 @@
  * Folder: plan.json; of every surface NAME.json, its record, and NAME.bsdf, .binary, .h5 or .exr
  * with NAME.specular.csv where it has a table of its own; manifest.json, index.html; for the
  * renderer scene.xml, scene.py and he_torrance.py (Mitsuba), or scene.pbrt. */
-#ifndef HETAB_BATCH_H
-#define HETAB_BATCH_H
+#pragma once
 
 #include <hetab/engine.h>
 #include <hetab/plan.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 /* What a record says. */
 typedef struct hetab_batch_result {
@@ -37,7 +34,4 @@ hetab_status hetab_batch_make(hetab_context *ctx, hetab_engine **engine, const h
 hetab_status hetab_batch_finish(hetab_context *ctx, const hetab_scene *scene,
                                 const hetab_plan *plan, const char *folder);
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

@@ -1,14 +1,11 @@
 /* Speed against error of every method, measured in one run on one device. */
-#ifndef HETAB_BENCH_H
-#define HETAB_BENCH_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/surface.h>
 #include <hetab/tabulate.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 typedef struct hetab_bench_row {
   const char *method;        /* "literal", "peak", "store", "rows", "series", "delivered" */
@@ -37,7 +34,4 @@ typedef void (*hetab_bench_fn)(void *user, const char *surface, const hetab_benc
 hetab_status hetab_bench(hetab_context *ctx, const hetab_surface *surface,
                          const hetab_bench_options *options, hetab_bench_fn fn, void *user);
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

@@ -13,26 +13,28 @@
  * from their neighbours first, smoothly in the logarithm, and counted.
  *
  * The specular delta goes with the table: /specular_reflectance, or NAME.specular.csv beside MERL
- * and RGL tables: spectra, or the three channels of an HDF5 table in linear sRGB.
+ * and RGL tables: spectra, or the three channels of an HDF5 table in linear sRGB. A delta that was
+ * folded in as a lobe of 2 degrees or more keeps its energy within 1 % at every incidence to 85
+ * degrees, in HDF5 also for readers that interpolate linearly (tests/test_convert.c); the output
+ * says that it is in it.
  */
-#ifndef HETAB_CONVERT_H
-#define HETAB_CONVERT_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/grid.h>
 #include <hetab/output_file.h>
 #include <hetab/types.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 typedef struct hetab_convert_options {
-  size_t size;            /* of the struct; 0: of this header's */
-  const hetab_grid *grid; /* of HDF5; NULL: hetab_grid_create()'s */
-  int srgb;               /* linear sRGB even where wavelengths could be kept */
-  double table_error;     /* of RGL, as in hetab_rgl_options; 0: 0.01 */
-  int compression;        /* of HDF5, 0 to 9 */
+  size_t size; /* of the struct; 0: of this header's */
+  /* Of HDF5, as hetab_grid_set_axis() reads them. NULL: hetab_grid_create()'s, or where the delta
+   * is in the input as a lobe, one that holds it; one given that does not is HETAB_ERR_RANGE. */
+  const char *axes[HETAB_AXIS_COUNT];
+  int srgb;           /* linear sRGB even where wavelengths could be kept */
+  double table_error; /* of RGL, as in hetab_rgl_options; 0: 0.01 */
+  int compression;    /* of HDF5, 0 to 9 */
   int overwrite;
   size_t pairs;  /* of directions, for the error; 0: 100000 */
   unsigned seed; /* of the pairs */
@@ -51,6 +53,9 @@ typedef struct hetab_convert_report {
   size_t negative;              /* numbers of the input a little below 0, set to 0: .bsdf */
   size_t clamped;               /* sRGB components below 0, set to 0 */
   double specular_max;          /* the largest rho_s of the input, which the output keeps */
+  /* HDF5 with an error_l1 above 0.1: nodes of evenly spaced axes that leave such a reader 0.05 at
+   * most, as tried on 3000 pairs; else 0. */
+  size_t proposed[HETAB_AXIS_COUNT];
 } hetab_convert_report;
 
 /* HETAB_ERR_UNSUPPORTED: no such format, HETAB_ERR_PARSE: a damaged input, HETAB_ERR_RANGE: no
@@ -59,7 +64,4 @@ typedef struct hetab_convert_report {
 hetab_status hetab_convert(hetab_context *ctx, const char *in, const char *out,
                            const hetab_convert_options *options, hetab_convert_report *report);
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

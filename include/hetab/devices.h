@@ -1,13 +1,10 @@
 /* OpenCL devices. */
-#ifndef HETAB_DEVICES_H
-#define HETAB_DEVICES_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/status.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 typedef struct hetab_device_info {
   char name[128];
@@ -31,7 +28,4 @@ typedef struct hetab_preload hetab_preload;
 hetab_preload *hetab_preload_create(void);
 void hetab_preload_free(hetab_preload *preload); /* waits for the thread; NULL is fine */
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

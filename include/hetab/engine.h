@@ -2,16 +2,13 @@
  * and method. Compiled kernels are kept under $XDG_CACHE_HOME/hetab (or ~/.cache/hetab). With
  * HETAB_SHAPE=cpu or gpu in the environment they are laid out as for that kind of device, whatever
  * the device is: so tests run what a GPU runs. */
-#ifndef HETAB_ENGINE_H
-#define HETAB_ENGINE_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/devices.h>
 #include <hetab/types.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 typedef struct hetab_engine_options {
   size_t size; /* of the struct; 0: of this header's */
@@ -40,7 +37,4 @@ double hetab_engine_tolerance(const hetab_engine *engine);
 /* "pthread-..., 2 compute units": the devices in words, for reports. Owned by engine. */
 const char *hetab_engine_device(const hetab_engine *engine);
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

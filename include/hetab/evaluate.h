@@ -1,15 +1,12 @@
 /* The model at single points, on the device, by the kernels that make the tables. */
-#ifndef HETAB_EVALUATE_H
-#define HETAB_EVALUATE_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/engine.h>
 #include <hetab/host_model.h>
 #include <hetab/types.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 /* values[count] for points[count]. Bad points: HETAB_ERR_ARGUMENT naming the index and the field.
  * Error against 40-digit values (tests/test_golden.c): relative <= 1e-5 float, <= 1e-12 double
@@ -20,7 +17,4 @@ extern "C" {
 hetab_status hetab_evaluate(hetab_context *ctx, hetab_engine *engine, const hetab_point *points,
                             size_t count, hetab_value *values);
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

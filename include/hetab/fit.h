@@ -32,8 +32,7 @@
  * sets of GGAL120 with 5 % noise, as aluminium and as a paint (n 1.5, a 0.3), the 95 % intervals of
  * the slope held the truth in 93 to 96 % of 250, those of `a` in 91 to 96 %, with energy and with
  * equal weights (`make coverage`); with relative ones `a` of the paint comes out biased. */
-#ifndef HETAB_FIT_H
-#define HETAB_FIT_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/engine.h>
@@ -41,9 +40,7 @@
 #include <hetab/measurements.h>
 #include <hetab/surface.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 typedef enum hetab_fit_weights {
   HETAB_FIT_WEIGHTS_AUTO,     /* REPORT if all pairs used lie in the incidence plane, else ENERGY */
@@ -233,7 +230,4 @@ hetab_status hetab_fit_create(hetab_context *ctx, hetab_engine *engine,
                               const hetab_fit_options *options, hetab_fit **out);
 void hetab_fit_free(hetab_fit *fit);
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

@@ -1,15 +1,12 @@
 /* The angular grid of a dense table: theta_i, theta_r, phi, in degrees (the axes of the files;
  * degrees so that 0, 90 and 180 are exact). Both thetas in [0, 90], phi in [0, 180]: the viewer's
  * azimuth minus the light's, 180 being the mirror side. The model is symmetric in phi. */
-#ifndef HETAB_GRID_H
-#define HETAB_GRID_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/status.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 typedef enum hetab_axis { HETAB_THETA_I, HETAB_THETA_R, HETAB_PHI, HETAB_AXIS_COUNT } hetab_axis;
 
@@ -32,7 +29,4 @@ const double *hetab_grid_deg(const hetab_grid *grid, hetab_axis axis);     /* [c
 const double *hetab_grid_radians(const hetab_grid *grid, hetab_axis axis); /* [count], the same */
 const char *hetab_axis_name(hetab_axis axis);                              /* "theta_i" */
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

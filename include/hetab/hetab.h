@@ -12,8 +12,7 @@
  * writes a file, `overwrite` is in its options, or its last argument if it has none.
  * - Threads: a context, and a handle that a function may change, serve one thread at a time;
  *   handles passed as const may be shared. Headers that promise more say so. */
-#ifndef HETAB_H
-#define HETAB_H
+#pragma once
 #include <hetab/status.h>
 #include <hetab/types.h>
 #include <hetab/output_file.h>
@@ -45,4 +44,3 @@
 #include <hetab/stand_in.h>
 #include <hetab/convert.h>
 #include <hetab/lookup.h>
-#endif

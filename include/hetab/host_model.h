@@ -1,14 +1,11 @@
 /* The model on the host, in double: no device needed. */
-#ifndef HETAB_HOST_MODEL_H
-#define HETAB_HOST_MODEL_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/surface.h>
 #include <hetab/types.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 /* Whether float is too little for the surface: n < 1 with k near 0 at some wavelength, where it is
  * off by up to 6e-3 around the critical angle (double: 3e-7). */
@@ -40,7 +37,4 @@ void hetab_specular_of_bands(const hetab_surface *surface, const hetab_band *ban
  * few per cent of the share of what the surface reflects, which loses or gains that much. */
 double hetab_specular_share(const hetab_surface *surface);
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

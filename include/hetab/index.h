@@ -1,13 +1,10 @@
 /* Refractive indices n + ik (k >= 0: absorbing) as functions of the vacuum wavelength. */
-#ifndef HETAB_INDEX_H
-#define HETAB_INDEX_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/status.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 /* Threads: once made, it does not change and may be shared. */
 typedef struct hetab_index hetab_index;
@@ -43,7 +40,4 @@ const char *hetab_metal_symbol(size_t i);
 const char *hetab_metal_name(size_t i);
 const char *hetab_metal_citation(size_t i);
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

@@ -38,15 +38,12 @@
  * samples/s with 3 channels, 4 M with 31. Memory: 3 MB with 3 channels, 14 MB with 31; while it is
  * opened, half of an HDF5 file's size more. Opening is shared by all cores: 0.5 s of their time for
  * an HDF5 table of 182 MB, 0.15 for MERL, 0.05 for a .bsdf of linear sRGB. */
-#ifndef HETAB_LOOKUP_H
-#define HETAB_LOOKUP_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/status.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 typedef enum hetab_lookup_rule {
   HETAB_LOOKUP_INTERPOLATE, /* smooth; thin lobes keep their height and place */
@@ -129,7 +126,4 @@ void hetab_lookup_sample(const hetab_lookup *table, const hetab_lookup_query *qu
 void hetab_lookup_albedo(const hetab_lookup *table, const hetab_lookup_query *query, size_t count,
                          const float *wi, float *albedo, float *specular);
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

@@ -1,13 +1,10 @@
 /* Measured BRDFs: lists of direction pairs with a value for each wavelength. */
-#ifndef HETAB_MEASUREMENTS_H
-#define HETAB_MEASUREMENTS_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/types.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 /* Threads: once made, they do not change and may be shared. */
 typedef struct hetab_measurements hetab_measurements;
@@ -64,7 +61,4 @@ typedef struct hetab_measurements_skipped {
 } hetab_measurements_skipped;
 hetab_measurements_skipped hetab_measurements_skipped_of(const hetab_measurements *measurements);
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

@@ -6,15 +6,12 @@
  * cells' lower corners. Cells below the horizon hold -1 in all three channels, and no others; but
  * of a table that holds the specular delta as a lobe, the last cell's blue number, below the
  * horizon too, is -1 less the lobe's width in degrees. */
-#ifndef HETAB_MERL_H
-#define HETAB_MERL_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/types.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 enum {
   HETAB_MERL_THETA_H = 90,
@@ -56,7 +53,4 @@ size_t hetab_merl_cell(hetab_directions at);
 /* The reference reader's BRDF, 1/sr; negative if the cell is below the horizon. */
 void hetab_merl_lookup(const hetab_merl *merl, hetab_directions at, double rgb[3]);
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

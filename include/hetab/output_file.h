@@ -1,13 +1,10 @@
 /* Output files, each of which appears whole or not at all. */
-#ifndef HETAB_OUTPUT_FILE_H
-#define HETAB_OUTPUT_FILE_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/status.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 /* HETAB_ERR_EXISTS or HETAB_ERR_IO, with the remedy, if a file could not be written under path: by
  * hetab_h5_create, hetab_merl_save or hetab_text_save. Nothing is written. */
@@ -33,7 +30,4 @@ void hetab_outputs_drop(hetab_context *ctx);
  * device and inode, whatever their names. For programs whose user names both. */
 void hetab_keep_inputs(hetab_context *ctx);
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

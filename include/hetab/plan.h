@@ -19,15 +19,12 @@
  *   output: tables              # optional: the batch's folder
  *
  * The cone is 4 degrees for pbrt and MERL, which have no other place for the delta, else 0. */
-#ifndef HETAB_PLAN_H
-#define HETAB_PLAN_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/surface.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 typedef enum hetab_consumer {
   HETAB_MITSUBA_RGB,
@@ -110,7 +107,4 @@ hetab_status hetab_plan_open(hetab_context *ctx, const hetab_scene *scene, const
                              double share_start, hetab_plan **out);
 void hetab_plan_free(hetab_plan *plan); /* NULL is fine */
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

@@ -4,8 +4,7 @@
  * The bounds are the envelope of the model over the whole interval (of sigma0, tau, or the
  * rectangle of both), not its values at the ends: where a lobe narrows and rises with falling
  * sigma0, the largest value at many directions is met inside. */
-#ifndef HETAB_PREDICT_H
-#define HETAB_PREDICT_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/engine.h>
@@ -13,9 +12,7 @@
 #include <hetab/measurements.h>
 #include <hetab/surface.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 /* low = high = 0: no interval, the point's or the surface's own value alone. */
 typedef struct hetab_interval {
@@ -109,7 +106,4 @@ hetab_status hetab_predict(hetab_context *ctx, hetab_engine *engine, const hetab
                            const hetab_predict_options *options, hetab_prediction **out);
 void hetab_prediction_free(hetab_prediction *prediction); /* NULL is fine */
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

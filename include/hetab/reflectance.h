@@ -3,16 +3,13 @@
  * rho_dh(theta_i, lambda) = integral over the hemisphere of f cos(theta_r) dOmega (Eq. 4), split
  * into directional-diffuse, specular and uniform-diffuse. The integrand is evaluated on the
  * engine's device, in the plane of direction cosines, polar about the mirror point. */
-#ifndef HETAB_REFLECTANCE_H
-#define HETAB_REFLECTANCE_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/engine.h>
 #include <hetab/surface.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 typedef enum hetab_stop {
   HETAB_STOP_TOLERANCE, /* the error estimate is below the tolerance */
@@ -76,7 +73,4 @@ hetab_status hetab_reflectance_rgb(hetab_context *ctx, const hetab_surface *surf
                                    const hetab_reflectance *reflectances, size_t count,
                                    hetab_reflectance_colour *dh, hetab_reflectance_colour *fresnel);
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

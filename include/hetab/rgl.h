@@ -16,15 +16,12 @@
  *
  * The specular delta is not in the tables, as the format has no place for one, unless it was folded
  * in as a lobe: then a field of ours, specular_cone_deg f32[1], says so to our readers. */
-#ifndef HETAB_RGL_H
-#define HETAB_RGL_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/surface.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 typedef enum hetab_rgl_bands {
   HETAB_RGL_RGB,     /* linear sRGB under D65 of the surface's wavelengths */
@@ -108,7 +105,4 @@ void hetab_rgl_eval(const hetab_rgl *rgl, const float wi[3], const float wo[3], 
 float hetab_rgl_sample(const hetab_rgl *rgl, const float wi[3], const float u[2], float wo[3]);
 float hetab_rgl_pdf(const hetab_rgl *rgl, const float wi[3], const float wo[3]);
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

@@ -3,15 +3,12 @@
  *
  * Heights and lengths are in um. A scan is a row of equally spaced heights; NaN marks a height
  * that is missing. A map gives one scan per row and per column. */
-#ifndef HETAB_ROUGHNESS_H
-#define HETAB_ROUGHNESS_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/status.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 /* ---- heights ------------------------------------------------------------------------------- */
 
@@ -273,7 +270,4 @@ hetab_status hetab_published_load(hetab_context *ctx, const char *const *paths, 
 double hetab_published_summary(const hetab_published_table *table, size_t column, int kind);
 void hetab_published_free(hetab_published *published); /* NULL is fine */
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

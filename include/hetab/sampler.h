@@ -25,15 +25,12 @@
  *
  * Thread safety: once made, a sampler is read-only; functions that take a const hetab_model_sampler
  * * allocate nothing, cannot fail and may be called from any number of threads at once. */
-#ifndef HETAB_SAMPLER_H
-#define HETAB_SAMPLER_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/surface.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 /* Threads: shared, as said above. */
 typedef struct hetab_model_sampler hetab_model_sampler;
@@ -62,7 +59,4 @@ void hetab_model_sampler_eval(const hetab_model_sampler *sampler, const double w
 void hetab_model_sampler_specular(const hetab_model_sampler *sampler, const double wi[3],
                                   double *value);
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

@@ -1,14 +1,11 @@
 /* The model as source text for other places: renderers, browsers, other languages. Each text is one
  * self-contained file with the table of h(g, x) in it, that holds for every surface; what error the
  * table adds is measured when the text is made, and stands in its head. */
-#ifndef HETAB_SHADER_H
-#define HETAB_SHADER_H
+#pragma once
 
 #include <hetab/surface.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 typedef enum hetab_shader_language {
   HETAB_SHADER_C,       /* C99 and C++, in float */
@@ -26,7 +23,4 @@ typedef enum hetab_shader_language {
 hetab_status hetab_shader_text(hetab_context *ctx, const hetab_surface *surface,
                                hetab_shader_language language, char **text);
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

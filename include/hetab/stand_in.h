@@ -1,14 +1,11 @@
 /* A microfacet material in place of a surface, for renderers without the model, and how far it is
  * from the model. */
-#ifndef HETAB_STAND_IN_H
-#define HETAB_STAND_IN_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/surface.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 typedef enum hetab_microfacets { HETAB_BECKMANN, HETAB_GGX } hetab_microfacets;
 
@@ -30,7 +27,4 @@ hetab_status hetab_stand_in_compare(hetab_context *ctx, const hetab_surface *sur
                                     hetab_microfacets distribution, double lambda_um,
                                     const double *theta_i, size_t count, hetab_stand_in *out);
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

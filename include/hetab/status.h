@@ -5,12 +5,18 @@
  * message that says what went wrong, where, and how to mend it is kept in the context:
  * hetab_error_message(). The library prints nothing and never exits.
  */
-#ifndef HETAB_STATUS_H
-#define HETAB_STATUS_H
+#pragma once
 
+/* What stands between them is C, for C++ too. */
 #ifdef __cplusplus
-extern "C" {
+#define HETAB_BEGIN extern "C" {
+#define HETAB_END }
+#else
+#define HETAB_BEGIN
+#define HETAB_END
 #endif
+
+HETAB_BEGIN
 
 typedef enum hetab_status {
   HETAB_OK = 0,
@@ -46,7 +52,4 @@ const char *hetab_version(void);
 /* fn = NULL: no progress, not cancellable. */
 void hetab_set_progress(hetab_context *ctx, hetab_progress_fn fn, void *user);
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

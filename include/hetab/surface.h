@@ -18,16 +18,13 @@
  * A surface without a name takes the file's. A relative path in {file: ...} starts at the folder
  * of the surface's file.
  */
-#ifndef HETAB_SURFACE_H
-#define HETAB_SURFACE_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/index.h>
 #include <hetab/types.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 /* Threads: shared where it is const; hetab_surface_set_*() by one thread, while no other reads. */
 typedef struct hetab_surface hetab_surface;
@@ -80,7 +77,4 @@ size_t hetab_preset_count(void);
 const char *hetab_preset_name(size_t i);
 const char *hetab_preset_description(size_t i);
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

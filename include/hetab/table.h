@@ -10,10 +10,10 @@
  *   attributes of /: name, sigma0_um, tau_um, index_source, hetab_version, method, precision,
  *                    device, tolerance, error_max_sampled, error_share_above, error_p99_rel,
  *                    error_rms_rel, error_max_abs_below_floor, error_samples, error_compared
- *                    (hetab_error_stats; until version 1.0 the first was called error_max_rel)
+ *                    (hetab_error_stats; until version 1.0 the first was called error_max_rel);
+ *                    specular_cone_deg of converted tables, where the delta is in /brdf as a lobe
  */
-#ifndef HETAB_TABLE_H
-#define HETAB_TABLE_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/grid.h>
@@ -21,9 +21,7 @@
 #include <hetab/output_file.h>
 #include <hetab/types.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 typedef struct hetab_h5_options {
   size_t size;             /* of the struct; 0: of this header's */
@@ -96,7 +94,4 @@ int hetab_format_by_ending(const char *path, hetab_format *format);
  * free() it. NULL without memory. */
 char *hetab_specular_path(hetab_context *ctx, const char *path);
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

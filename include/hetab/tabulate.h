@@ -1,6 +1,5 @@
 /* Tabulation: a surface over a whole grid, delivered slab by slab, or as a MERL table. */
-#ifndef HETAB_TABULATE_H
-#define HETAB_TABULATE_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/engine.h>
@@ -9,9 +8,7 @@
 #include <hetab/surface.h>
 #include <hetab/types.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 /* For `samples`: compare none. */
 #define HETAB_NO_SAMPLES ((size_t)-1)
@@ -58,7 +55,4 @@ hetab_status hetab_tabulate_merl(hetab_context *ctx, hetab_engine *engine,
                                  const hetab_surface *surface, const hetab_merl_options *options,
                                  hetab_merl **out, hetab_report *report);
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

@@ -1,6 +1,5 @@
 /* From a surface to files, in one call: what `hetab tabulate` does. */
-#ifndef HETAB_TABULATE_TO_H
-#define HETAB_TABULATE_TO_H
+#pragma once
 
 #include <hetab/engine.h>
 #include <hetab/exr.h>
@@ -8,9 +7,7 @@
 #include <hetab/table.h>
 #include <hetab/tabulate.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 /* NULL and 0 stand for the defaults of the functions that the members are of. */
 typedef struct hetab_tabulate_to_options {
@@ -66,7 +63,4 @@ hetab_status hetab_tabulate_to(hetab_context *ctx, hetab_engine *engine,
                                const hetab_tabulate_to_options *options,
                                hetab_output_report *reports);
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

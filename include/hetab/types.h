@@ -1,13 +1,10 @@
 /* The plain data that several parts of the library share, and the words for its enumerations. */
-#ifndef HETAB_TYPES_H
-#define HETAB_TYPES_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/status.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 typedef enum hetab_precision { HETAB_FLOAT, HETAB_DOUBLE } hetab_precision;
 
@@ -98,7 +95,4 @@ typedef struct hetab_report {
   char device[512]; /* the devices that took part, in words */
 } hetab_report;
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

@@ -16,17 +16,14 @@
  * most, 99th percentile 25 % (beyond 80 degrees, where values fall by decades in a few degrees), of
  * pixels within four decades of the largest; a Lambertian sphere, 1.4 % of its closed form; a
  * needle of a lobe under the dome, 0.4 %. */
-#ifndef HETAB_VIEW_H
-#define HETAB_VIEW_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/engine.h>
 #include <hetab/lookup.h>
 #include <hetab/surface.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+HETAB_BEGIN
 
 enum { HETAB_VIEW_MOST_THETA_I = 4 };
 
@@ -78,7 +75,4 @@ hetab_status hetab_view_save_png(hetab_context *ctx, const hetab_view *view, con
 hetab_status hetab_view_save_exr(hetab_context *ctx, const hetab_view *view, const char *path,
                                  int overwrite);
 
-#ifdef __cplusplus
-}
-#endif
-#endif
+HETAB_END

@@ -1,6 +1,5 @@
 /* What the parts of an audit share. */
-#ifndef HETAB_AUDIT_INTERNAL_H
-#define HETAB_AUDIT_INTERNAL_H
+#pragma once
 
 #include <hetab/audit.h>
 #include <hetab/reflectance.h>
@@ -47,5 +46,3 @@ typedef struct hetab_hush {
 } hetab_hush;
 hetab_hush hetab_hush_begin(hetab_context *ctx);
 void hetab_hush_end(hetab_context *ctx, hetab_hush hush);
-
-#endif

@@ -3,8 +3,6 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "model/model.h"
-
 typedef struct entry {
   size_t i, r, p;
 } entry;

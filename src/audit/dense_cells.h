@@ -1,6 +1,5 @@
 /* The entries of a dense table, one by one. */
-#ifndef HETAB_AUDIT_DENSE_CELLS_H
-#define HETAB_AUDIT_DENSE_CELLS_H
+#pragma once
 
 #include "audit/audit_internal.h"
 #include "audit/dense_table.h"
@@ -20,5 +19,3 @@ void hetab_dense_survey_add(const hetab_dense_table *table, size_t wavelength, h
 /* Adds the checks "finite", "negative", "reciprocity", "isotropy" and "bilateral". */
 void hetab_dense_survey_judge(const hetab_dense_table *table, double max_asymmetry,
                               hetab_audit *audit, hetab_dense_survey *survey);
-
-#endif

@@ -1,6 +1,5 @@
 /* One wavelength of a dense table, [theta_i][theta_r][phi], as a renderer looks it up. */
-#ifndef HETAB_AUDIT_DENSE_TABLE_H
-#define HETAB_AUDIT_DENSE_TABLE_H
+#pragma once
 
 #include <hetab/audit.h>
 #include <hetab/grid.h>
@@ -35,5 +34,3 @@ static inline double *hetab_dense_table_at(const hetab_dense_table *table, size_
                                            size_t p) {
   return table->values + (i * table->count[HETAB_THETA_R] + r) * table->count[HETAB_PHI] + p;
 }
-
-#endif

@@ -12,6 +12,7 @@
 #include "audit/separability.h"
 #include "audit/table_audit.h"
 #include "audit/views.h"
+#include "table/specular.h"
 
 /* Rounding of the sum over a table's entries, relative. */
 static const double sum_error = 1e-12;
@@ -47,6 +48,7 @@ static hetab_status describe(job *j) {
   if (lambda_um)
     memcpy(audit->lambda_um, lambda_um, bands * sizeof *audit->lambda_um);
   audit->view_channel = bands / 2;
+  audit->specular_cone = hetab_specular_cone_of_h5(j->ctx, j->file);
   return hetab_h5_read_specular(j->ctx, j->file, j->specular);
 }
 
@@ -84,7 +86,7 @@ static hetab_status open_model(job *j) {
   j->pairs = hetab_alloc(j->ctx, 1, sizeof *j->pairs);
   if (!audit->against || !j->pairs)
     return HETAB_ERR_MEMORY;
-  audit->against->specular_apart = 1;
+  audit->against->specular_apart = !(audit->specular_cone > 0.0);
   j->pairs->random = j->options->seed;
   return HETAB_OK;
 }

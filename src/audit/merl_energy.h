@@ -1,6 +1,5 @@
 /* Energy of a MERL table. */
-#ifndef HETAB_AUDIT_MERL_ENERGY_H
-#define HETAB_AUDIT_MERL_ENERGY_H
+#pragma once
 
 #include <hetab/audit.h>
 #include <hetab/merl.h>
@@ -11,5 +10,3 @@
  * less where the table is smooth (tests/test_audit.c: 3e-6 for white). */
 void hetab_merl_energy(const hetab_merl *merl, hetab_reading lookup, double theta_i,
                        double tolerance, double rho[3], double error[3]);
-
-#endif

@@ -1,6 +1,5 @@
 /* A MERL table as a renderer looks it up, at places given in cells. */
-#ifndef HETAB_AUDIT_MERL_READ_H
-#define HETAB_AUDIT_MERL_READ_H
+#pragma once
 
 #include <hetab/audit.h>
 
@@ -14,5 +13,3 @@ static inline void hetab_merl_read(const hetab_merl *merl, hetab_reading lookup,
   else
     hetab_merl_read_truncated(merl, place, rgb);
 }
-
-#endif

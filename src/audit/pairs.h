@@ -1,6 +1,5 @@
 /* A table against the model at random direction pairs. */
-#ifndef HETAB_AUDIT_PAIRS_H
-#define HETAB_AUDIT_PAIRS_H
+#pragma once
 
 #include <stdint.h>
 
@@ -37,5 +36,3 @@ hetab_status hetab_pairs_add(hetab_context *ctx, hetab_engine *engine, const het
                              size_t first, size_t channels, size_t count, hetab_pair_fn table,
                              const void *user, hetab_pairs *pairs);
 void hetab_pairs_finish(const hetab_pairs *pairs, hetab_against *against);
-
-#endif

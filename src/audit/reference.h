@@ -1,6 +1,5 @@
 /* The model that a table is compared with, in the table's channels. */
-#ifndef HETAB_AUDIT_REFERENCE_H
-#define HETAB_AUDIT_REFERENCE_H
+#pragma once
 
 #include "audit/audit_internal.h"
 
@@ -29,5 +28,3 @@ hetab_status hetab_model_surface(hetab_context *ctx, const hetab_model *model, s
  * specular[channel], the white-sky reflectance of the specular part. */
 hetab_status hetab_model_energy(hetab_context *ctx, hetab_engine *engine, const hetab_model *model,
                                 hetab_audit *audit, double *specular);
-
-#endif

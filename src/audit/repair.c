@@ -2,8 +2,6 @@
 
 #include <math.h>
 
-#include "audit/table_audit.h"
-
 /* Smaller corrections are rounding, not repair. */
 static const double counts_from = 1e-6;
 

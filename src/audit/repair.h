@@ -1,6 +1,5 @@
 /* The steps of a repair that tables of both kinds share. */
-#ifndef HETAB_AUDIT_REPAIR_H
-#define HETAB_AUDIT_REPAIR_H
+#pragma once
 
 #include "audit/audit_internal.h"
 
@@ -18,5 +17,3 @@ hetab_status hetab_repair_merl(hetab_context *ctx, const char *path, const char 
 hetab_status hetab_repair_h5(hetab_context *ctx, const char *path, const char *out_path,
                              hetab_reading lookup, int scale_energy, int overwrite,
                              hetab_repair_report *report);
-
-#endif

@@ -1,6 +1,5 @@
 /* How much of a dense table one product of functions holds. */
-#ifndef HETAB_AUDIT_SEPARABILITY_H
-#define HETAB_AUDIT_SEPARABILITY_H
+#pragma once
 
 #include "audit/dense_table.h"
 
@@ -8,5 +7,3 @@
  * of the sum of squares: the first singular value's (after DeYoung & Fournier, Graphics Interface
  * 1997). 1: the table is one product; entries that are no numbers count as 0. */
 hetab_status hetab_separability(hetab_context *ctx, const hetab_dense_table *table, double *share);
-
-#endif

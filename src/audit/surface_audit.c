@@ -1,7 +1,6 @@
 /* The audit of a surface: what its reflectances say. */
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "audit/audit_internal.h"
 #include "audit/surface_values.h"

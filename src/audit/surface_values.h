@@ -1,6 +1,5 @@
 /* The values that tables of a surface would hold. */
-#ifndef HETAB_AUDIT_SURFACE_VALUES_H
-#define HETAB_AUDIT_SURFACE_VALUES_H
+#pragma once
 
 #include "audit/audit_internal.h"
 
@@ -11,5 +10,3 @@ enum { HETAB_WHERE = 96 };
 hetab_status hetab_surface_values(hetab_context *ctx, hetab_engine *engine,
                                   const hetab_surface *surface, hetab_audit *audit,
                                   char where[HETAB_WHERE]);
-
-#endif

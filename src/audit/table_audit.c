@@ -6,7 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "audit/dense_table.h"
 #include "audit/views.h"
 
 hetab_status hetab_audit_structure(hetab_context *ctx, hetab_status opened, hetab_audit *audit) {

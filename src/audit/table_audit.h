@@ -1,6 +1,5 @@
 /* The kinds of tables; hetab_audit_table tells them apart. */
-#ifndef HETAB_AUDIT_TABLE_AUDIT_H
-#define HETAB_AUDIT_TABLE_AUDIT_H
+#pragma once
 
 #include "audit/audit_internal.h"
 #include "audit/pairs.h"
@@ -27,5 +26,3 @@ void hetab_audit_judge_against(const hetab_audit_options *options, const double 
 hetab_status hetab_audit_compare(hetab_context *ctx, hetab_engine *engine,
                                  const hetab_audit_options *options, hetab_pair_fn table,
                                  const void *user, double work, hetab_audit *audit);
-
-#endif

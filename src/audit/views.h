@@ -1,6 +1,5 @@
 /* Lobes and hemisphere maps, for pictures. */
-#ifndef HETAB_AUDIT_VIEWS_H
-#define HETAB_AUDIT_VIEWS_H
+#pragma once
 
 #include "audit/audit_internal.h"
 
@@ -18,5 +17,3 @@ hetab_status hetab_views_of_surface(hetab_context *ctx, hetab_engine *engine,
 hetab_status hetab_views_of_model(hetab_context *ctx, hetab_engine *engine, double sigma0_um,
                                   double tau_um, const hetab_band *bands, const double *weights,
                                   size_t count, hetab_audit *audit);
-
-#endif

@@ -1,6 +1,5 @@
 /* OpenCL devices: finding, choosing and describing them. */
-#ifndef HETAB_CL_DEVICE_H
-#define HETAB_CL_DEVICE_H
+#pragma once
 
 #include <CL/cl.h>
 #include <stddef.h>
@@ -21,5 +20,3 @@ hetab_status hetab_cl_select(hetab_context *ctx, const char *selector, cl_device
 void hetab_cl_device_text(cl_device_id device, cl_device_info what, char *text, size_t size);
 cl_uint hetab_cl_device_uint(cl_device_id device, cl_device_info what);
 int hetab_cl_device_is_cpu(cl_device_id device);
-
-#endif

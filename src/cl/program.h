@@ -1,6 +1,5 @@
 /* OpenCL programs from the embedded sources, compiled once and kept in a cache on disk. */
-#ifndef HETAB_CL_PROGRAM_H
-#define HETAB_CL_PROGRAM_H
+#pragma once
 
 #include <CL/cl.h>
 
@@ -18,5 +17,3 @@ extern const hetab_kernel_source hetab_kernel_sources[]; /* ends with a NULL nam
  * is built anew, one that cannot be written is done without. */
 hetab_status hetab_cl_program(hetab_context *ctx, cl_context context, cl_device_id device,
                               const char *name, const char *options, cl_program *out);
-
-#endif

@@ -1,6 +1,5 @@
 /* The audit command's results, shared by what finds them and what reports them. */
-#ifndef HETAB_CLI_AUDIT_COMMAND_H
-#define HETAB_CLI_AUDIT_COMMAND_H
+#pragma once
 
 #include <stdio.h>
 #include <jansson.h>
@@ -35,5 +34,3 @@ json_t *audit_json(const audit_report *report);
 
 /* One self-contained page. */
 void audit_html(FILE *stream, const audit_report *report);
-
-#endif

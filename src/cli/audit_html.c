@@ -1,7 +1,6 @@
 /* Audits as one self-contained page. */
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "core/angle.h"
 #include "audit_command.h"

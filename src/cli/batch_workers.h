@@ -1,6 +1,5 @@
 /* The processes that make a batch's tables. The parent opens no device. */
-#ifndef HETAB_CLI_BATCH_WORKERS_H
-#define HETAB_CLI_BATCH_WORKERS_H
+#pragma once
 
 #include <stdatomic.h>
 #include <hetab/hetab.h>
@@ -42,5 +41,3 @@ typedef struct batch_job {
 /* Until all units are done, or a signal came. -1, or the exit status after saying why no process
  * could be started. */
 int batch_run(batch_job *job);
-
-#endif

@@ -1,6 +1,5 @@
 /* What every command of the program shares: commands, exit statuses and failures. */
-#ifndef HETAB_CLI_H
-#define HETAB_CLI_H
+#pragma once
 
 #include <hetab/hetab.h>
 
@@ -37,5 +36,3 @@ int cli_publish(hetab_context *ctx);
 
 /* Standard output is complete; if it is not (a full disk, say), the failure is printed. */
 int cli_finish_output(int status);
-
-#endif

@@ -1,5 +1,4 @@
 /* hetab audit: surfaces and tables, judged. */
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>

@@ -26,7 +26,6 @@
 #include "launcher.h"
 #include "options.h"
 #include "output.h"
-#include "plan_output.h"
 #include "signals.h"
 
 typedef struct batch_request {

@@ -1,5 +1,4 @@
 /* hetab bench: speed against error of every method. */
-#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,5 +1,4 @@
 /* hetab convert: tables from one format to another, with what that cost. */
-#include <math.h>
 #include <stdio.h>
 
 #include "cli.h"
@@ -8,7 +7,7 @@
 #include "progress.h"
 
 typedef struct request {
-  const char *in, *out, *specs[HETAB_AXIS_COUNT];
+  const char *in, *out;
   hetab_convert_options options;
   size_t compression, seed;
   int quiet, json;
@@ -26,10 +25,11 @@ static void print_text(const request *r, const hetab_convert_report *report) {
     printf(" (L1 %.2g %% if interpolated)", 100 * report->error_l1_interpolated);
   printf("\n");
   printf("  loads in %s\n", cli_readers(report->to, !report->srgb_out));
-  if (report->to == HETAB_FORMAT_H5 && report->error_l1 > 0.1)
-    printf("  warning: the lobe falls between the nodes: %.2g times as many along each axis leave "
-           "readers about 5 %%; .bsdf follows the lobe\n",
-           sqrt(report->error_l1 / 0.05));
+  const size_t *nodes = report->proposed;
+  if (nodes[HETAB_PHI])
+    printf("  warning: the lobe falls between the nodes: --theta-i 0:90:%zu --theta-r 0:90:%zu "
+           "--phi 0:180:%zu leave readers 5 %%; .bsdf follows the lobe\n",
+           nodes[HETAB_THETA_I], nodes[HETAB_THETA_R], nodes[HETAB_PHI]);
   if (report->filled)
     printf("  %zu cells of '%s' without data filled from their neighbours\n", report->filled,
            r->in);
@@ -41,14 +41,15 @@ static void print_text(const request *r, const hetab_convert_report *report) {
 
 static int print_json(const request *r, const hetab_convert_report *report) {
   return cli_json_print(json_pack(
-      "{so so ss ss sI sI sb sb sf sf sf sI sI sI sf ss}", "input", cli_json_text(r->in), "output",
-      cli_json_text(r->out), "from", hetab_format_word(report->from), "to",
+      "{so so ss ss sI sI sb sb sf sf sf sI sI sI sf s[III] ss}", "input", cli_json_text(r->in),
+      "output", cli_json_text(r->out), "from", hetab_format_word(report->from), "to",
       hetab_format_word(report->to), "channels_in", (json_int_t)report->channels_in, "channels_out",
       (json_int_t)report->channels_out, "srgb_in", report->srgb_in, "srgb_out", report->srgb_out,
       "error_l1", report->error_l1, "error_l1_interpolated", report->error_l1_interpolated, "bias",
       report->bias, "filled", (json_int_t)report->filled, "negative", (json_int_t)report->negative,
-      "clamped", (json_int_t)report->clamped, "specular_max", report->specular_max, "version",
-      hetab_version()));
+      "clamped", (json_int_t)report->clamped, "specular_max", report->specular_max, "proposed",
+      (json_int_t)report->proposed[HETAB_THETA_I], (json_int_t)report->proposed[HETAB_THETA_R],
+      (json_int_t)report->proposed[HETAB_PHI], "version", hetab_version()));
 }
 
 static int print_report(const request *r, const hetab_convert_report *report) {
@@ -61,33 +62,17 @@ static int print_report(const request *r, const hetab_convert_report *report) {
 
 /* ---- the command --------------------------------------------------------------------------- */
 
-static hetab_status set_grid(hetab_context *ctx, const request *r, hetab_grid *grid) {
-  hetab_status status = HETAB_OK;
-  for (int axis = 0; axis < HETAB_AXIS_COUNT && status == HETAB_OK; axis++)
-    if (r->specs[axis])
-      status = hetab_grid_set_axis(ctx, grid, (hetab_axis)axis, r->specs[axis]);
-  return status;
-}
-
 static int run_request(request *r) {
   hetab_convert_report report;
-  hetab_grid *grid = NULL;
   hetab_context *ctx = cli_context();
   if (!ctx)
     return CLI_FAILURE;
-  hetab_status status = hetab_grid_create(ctx, &grid);
-  if (status == HETAB_OK)
-    status = set_grid(ctx, r, grid);
-  if (status == HETAB_OK) {
-    r->options.grid = grid;
-    cli_progress_begin("converting", r->quiet);
-    status = hetab_convert(ctx, r->in, r->out, &r->options, &report);
-    cli_progress_end();
-  }
+  cli_progress_begin("converting", r->quiet);
+  hetab_status status = hetab_convert(ctx, r->in, r->out, &r->options, &report);
+  cli_progress_end();
   int result = status == HETAB_OK ? cli_publish(ctx) : cli_fail_context(ctx);
   if (result < 0)
     result = print_report(r, &report);
-  hetab_grid_free(grid);
   hetab_context_free(ctx);
   return result;
 }
@@ -99,11 +84,11 @@ static int run(const cli_command *self, int argc, char **argv) {
   const cli_option options[] = {
       {CLI_TEXT, "theta-i", 0, "SPEC",
        "HDF5: incident polar angles in degrees: start:stop:count, cells:N, or a list (0:90:90)",
-       &r.specs[HETAB_THETA_I], 0, 0},
+       &o->axes[HETAB_THETA_I], 0, 0},
       {CLI_TEXT, "theta-r", 0, "SPEC", "HDF5: polar angles of the viewer (0:90:90)",
-       &r.specs[HETAB_THETA_R], 0, 0},
+       &o->axes[HETAB_THETA_R], 0, 0},
       {CLI_TEXT, "phi", 0, "SPEC", "HDF5: azimuths between the two (0:180:181)",
-       &r.specs[HETAB_PHI], 0, 0},
+       &o->axes[HETAB_PHI], 0, 0},
       {CLI_FLAG, "srgb", 0, NULL,
        "linear sRGB in the output where the input's wavelengths could be kept", &o->srgb, 0, 0},
       {CLI_SHARE, "table-error", 0, "E",
@@ -118,7 +103,7 @@ static int run(const cli_command *self, int argc, char **argv) {
       {CLI_FLAG, "json", 0, NULL,
        "print JSON: {input, output, from, to, channels_in, channels_out, srgb_in, srgb_out, "
        "error_l1, error_l1_interpolated, bias, filled, negative, clamped, specular_max, "
-       "version}",
+       "proposed (nodes), version}",
        &r.json, 0, 0},
       {0},
   };
@@ -154,6 +139,8 @@ const cli_command cli_convert = {
         "vectors from the data; where no resolution reaches --table-error, as with noisy "
         "measurements, the most accurate table tried is written.\n\n"
         "The specular delta goes with the table: in HDF5 as /specular_reflectance, beside MERL "
-        "and RGL tables in NAME.specular.csv.",
+        "and RGL tables in NAME.specular.csv. Where it is in IN as a lobe (--specular-cone), the "
+        "nodes of HDF5 are chosen to hold it, close together at the mirror direction; axes that "
+        "would not are refused.",
     .run = run,
 };

@@ -1,5 +1,4 @@
 /* hetab eval: the model at the points of a CSV stream. */
-#include <errno.h>
 #include <math.h>
 #include <stddef.h>
 #include <stdlib.h>

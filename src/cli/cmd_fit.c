@@ -6,7 +6,6 @@
 #include "cli.h"
 #include "fit_command.h"
 #include "fit_request.h"
-#include "options.h"
 #include "numbers.h"
 #include "output.h"
 #include "progress.h"

@@ -1,6 +1,5 @@
 /* hetab plan: what tables a scene needs. */
 #include <stdio.h>
-#include <string.h>
 
 #include "cli.h"
 #include "options.h"

@@ -1,6 +1,4 @@
 /* hetab roughness: height scans to the model's parameters. */
-#include <errno.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

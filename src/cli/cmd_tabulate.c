@@ -39,12 +39,16 @@ static int plan_bands(const cli_command *self, tabulate_job *job) {
   if (r->bands && !words && !tabulate_has_format(job->request, HETAB_FORMAT_MERL))
     return cli_usage(self, "--bands: '%s' is neither rgb nor spectral", r->bands);
   if (words && !spectral && r->exr_parts == HETAB_EXR_BY_WAVELENGTH)
-    return cli_usage(self, "--exr-parts wavelength holds no colour: take --bands spectral");
+    return cli_usage(self, "--exr-layout wavelength holds no colour: take --bands spectral");
+  if (spectral && r->exr_parts == HETAB_EXR_ATLAS)
+    return cli_usage(self, "--exr-layout atlas holds R, G and B: leave --bands spectral out");
   job->rgl.table_error = r->table_error;
   job->rgl.specular_cone = hetab_radians(r->cone_deg);
   job->exr.specular_cone = job->rgl.specular_cone;
   job->exr.parts = (hetab_exr_parts)r->exr_parts;
-  job->exr.element = (hetab_exr_element)r->exr_type;
+  job->exr.element = r->exr_type >= 0                  ? (hetab_exr_element)r->exr_type
+                     : r->exr_parts == HETAB_EXR_ATLAS ? HETAB_EXR_HALF
+                                                       : HETAB_EXR_FLOAT;
   job->rgl.bands = spectral ? HETAB_RGL_SPECTRAL : HETAB_RGL_RGB;
   if (spectral || r->exr_parts == HETAB_EXR_BY_WAVELENGTH)
     job->exr.bands = HETAB_EXR_SPECTRAL;
@@ -203,7 +207,7 @@ static int run_job(const cli_command *self, const tabulate_request *request) {
 
 static int run(const cli_command *self, int argc, char **argv) {
   tabulate_request request = {
-      .precision = -1, .element = -1, .renderer = -1, .samples = 2000, .seed = 1};
+      .precision = -1, .element = -1, .exr_type = -1, .renderer = -1, .samples = 2000, .seed = 1};
   int status = tabulate_parse(self, argc, argv, &request);
   if (status < 0)
     status = run_job(self, &request);
@@ -224,7 +228,8 @@ const cli_command cli_tabulate = {
         "it is written to NAME.specular.csv.\n\n"
         "An OpenEXR file holds a part for each theta_i (rows theta_r, columns phi; channels R G B, "
         "or T.550,000000nm and so on), or for each wavelength (rows theta_i and theta_r), with the "
-        "surface and the axes as attributes.\n\n"
+        "surface and the axes as attributes; with --exr-layout atlas all theta_i are tiles of one "
+        "picture, rho_s is among the attributes, and scripts/exr_atlas.glsl reads it.\n\n"
         "A .bsdf is an RGL table, as small as --table-error allows, for the renderer named by "
         "--for: linear sRGB and spectra are two kinds of file, and each reader takes one of them. "
         "It is made on the host and needs no device.\n\n"

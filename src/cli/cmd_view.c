@@ -9,7 +9,6 @@
 #include "options.h"
 #include "numbers.h"
 #include "output.h"
-#include "signals.h"
 
 typedef struct request {
   const char *input, *output, *theta_i, *wavelength, *device;

@@ -1,6 +1,5 @@
 /* The fit command's results, shared by what computes them and what reports them. */
-#ifndef HETAB_CLI_FIT_COMMAND_H
-#define HETAB_CLI_FIT_COMMAND_H
+#pragma once
 
 #include <stdio.h>
 #include <jansson.h>
@@ -27,5 +26,3 @@ void fit_points_csv(FILE *stream, const fit_report *report);
 /* One self-contained page of measurement, fit and residuals. Fails where the model cannot be
  * evaluated for the curves. */
 hetab_status fit_html(hetab_context *ctx, FILE *stream, const fit_report *report);
-
-#endif

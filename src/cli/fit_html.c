@@ -1,6 +1,5 @@
 /* Fits as a page: measurement and fit in the plane of incidence and over the hemisphere. */
 #include <math.h>
-#include <string.h>
 
 #include "core/angle.h"
 #include "fit_command.h"

@@ -1,6 +1,5 @@
 /* The fit command's options, in groups, each of which returns the place after its last one; and
  * what they have to be. */
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -8,7 +7,6 @@
 #include "fit_request.h"
 #include "numbers.h"
 #include "core/held_files.h"
-#include "output.h"
 
 /* ---- what is free -------------------------------------------------------------------------- */
 

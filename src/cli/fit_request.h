@@ -1,6 +1,5 @@
 /* What the fit command is asked for. */
-#ifndef HETAB_CLI_FIT_REQUEST_H
-#define HETAB_CLI_FIT_REQUEST_H
+#pragma once
 
 #include <hetab/hetab.h>
 #include "options.h"
@@ -18,5 +17,3 @@ typedef struct fit_request {
 /* As cli_parse_operand; and whether it makes sense. */
 int fit_parse(const cli_command *self, int argc, char **argv, fit_request *r);
 int fit_check(const cli_command *self, fit_request *r);
-
-#endif

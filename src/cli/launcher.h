@@ -1,6 +1,5 @@
 /* Which part of a batch this process is to do, by the launcher that started it. */
-#ifndef HETAB_CLI_LAUNCHER_H
-#define HETAB_CLI_LAUNCHER_H
+#pragma once
 
 #include <stddef.h>
 
@@ -14,5 +13,3 @@ int launcher_parse(const char *text, launcher_share *share);
 /* From the innermost of Open MPI's, PMI's and Slurm's variables: a step's tasks, or an array's. The
  * exit status after saying what does not fit; -1 to go on. */
 int launcher_find(launcher_share *share);
-
-#endif

@@ -1,6 +1,5 @@
 /* Numbers on the command line and in the tables that the program prints. */
-#ifndef HETAB_CLI_NUMBERS_H
-#define HETAB_CLI_NUMBERS_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/types.h>
@@ -31,5 +30,3 @@ typedef struct cli_errors {
   char max[CLI_SHORT], p99[CLI_SHORT], rms[CLI_SHORT];
 } cli_errors;
 cli_errors cli_error_texts(const hetab_error_stats *error);
-
-#endif

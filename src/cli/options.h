@@ -1,6 +1,5 @@
 /* Options as tables: one table of a command both parses its command line and writes its help. */
-#ifndef HETAB_CLI_OPTIONS_H
-#define HETAB_CLI_OPTIONS_H
+#pragma once
 
 #include <stddef.h>
 #include "cli.h"
@@ -58,5 +57,3 @@ int cli_parse_operand(const cli_command *self, const cli_option *options, int ar
 
 /* Text after `indent` columns, wrapped at 80; a newline starts a new line. */
 void cli_print_wrapped(const char *text, int indent, int column);
-
-#endif

@@ -1,6 +1,5 @@
 /* What the program writes: text files, JSON and aligned tables. */
-#ifndef HETAB_CLI_OUTPUT_H
-#define HETAB_CLI_OUTPUT_H
+#pragma once
 
 #include <stddef.h>
 #include <stdio.h>
@@ -37,5 +36,3 @@ json_t *cli_json_numbers(const double *values, size_t count, size_t stride);
 json_t *cli_json_error(const hetab_error_stats *error);
 /* Prints and frees; the exit status. */
 int cli_json_print(json_t *json);
-
-#endif

@@ -1,11 +1,8 @@
 /* A plan as text and as JSON. */
-#ifndef HETAB_CLI_PLAN_OUTPUT_H
-#define HETAB_CLI_PLAN_OUTPUT_H
+#pragma once
 
 #include <hetab/plan.h>
 
 /* The exit status. */
 int plan_print(const hetab_scene *scene, const hetab_plan *plan);
 int plan_print_json(const hetab_scene *scene, const hetab_plan *plan);
-
-#endif

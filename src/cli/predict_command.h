@@ -1,6 +1,5 @@
 /* The predict command's result, shared by what computes it and what reports it. */
-#ifndef HETAB_CLI_PREDICT_COMMAND_H
-#define HETAB_CLI_PREDICT_COMMAND_H
+#pragma once
 
 #include <stdio.h>
 #include <jansson.h>
@@ -30,5 +29,3 @@ void predict_csv(FILE *stream, const predict_report *report);
 json_t *predict_json(const predict_report *report);
 /* One self-contained page. */
 void predict_html(FILE *stream, const predict_report *report);
-
-#endif

@@ -1,6 +1,5 @@
 /* A progress bar with rate and time left, on standard error, if that is a terminal. */
-#ifndef HETAB_CLI_PROGRESS_H
-#define HETAB_CLI_PROGRESS_H
+#pragma once
 
 #include <hetab/status.h>
 
@@ -14,5 +13,3 @@ void cli_progress_count(const char *label, const char *unit, int quiet);
 int cli_progress_visible(void);
 /* Clear the bar; fine without one. */
 void cli_progress_end(void);
-
-#endif

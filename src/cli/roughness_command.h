@@ -1,6 +1,5 @@
 /* The roughness command's result, shared by what finds it and what reports it. */
-#ifndef HETAB_CLI_ROUGHNESS_COMMAND_H
-#define HETAB_CLI_ROUGHNESS_COMMAND_H
+#pragma once
 
 #include <stdio.h>
 #include <jansson.h>
@@ -31,5 +30,3 @@ void roughness_print_published(const hetab_published *p);
 json_t *roughness_published_json(const hetab_published *p);
 /* Whether all that the table states follows from its rows. */
 int roughness_published_agrees(const hetab_published *p);
-
-#endif

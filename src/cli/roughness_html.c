@@ -1,7 +1,6 @@
 /* Roughness as one self-contained page. */
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "roughness_command.h"
 #include "svg.h"

@@ -1,5 +1,4 @@
 /* Roughness as JSON. Keys are an interface: add, never rename. */
-#include <math.h>
 
 #include "output.h"
 #include "roughness_command.h"

@@ -1,6 +1,5 @@
 /* Roughness as text, CSV and YAML. */
 #include <math.h>
-#include <string.h>
 
 #include "options.h"
 #include "roughness_command.h"

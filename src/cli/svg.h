@@ -1,6 +1,5 @@
 /* Plots as inline SVG. Colours are CSS classes and variables of core/html_page.c. */
-#ifndef HETAB_CLI_SVG_H
-#define HETAB_CLI_SVG_H
+#pragma once
 
 #include <stddef.h>
 #include <stdio.h>
@@ -62,4 +61,3 @@ void svg_key(FILE *stream, const char *stroke, const char *text);
 
 /* A round step for about five ticks over a range. */
 double svg_step(double range);
-#endif

@@ -1,6 +1,5 @@
 /* The tabulate command's job, shared by what runs it and what reports it. */
-#ifndef HETAB_CLI_TABULATE_JOB_H
-#define HETAB_CLI_TABULATE_JOB_H
+#pragma once
 
 #include <hetab/hetab.h>
 #include "options.h"
@@ -11,8 +10,8 @@ typedef struct tabulate_request {
   cli_list files;
   const char *axes[HETAB_AXIS_COUNT], *wavelengths, *device, *bands;
   int precision, method, element, sampling, colour; /* -1: chosen; element: as precision */
-  int exr_parts, exr_type;                          /* as hetab_exr_parts, hetab_exr_element */
-  int renderer;                                     /* tabulate_renderers[]; -1: none named */
+  int exr_parts, exr_type; /* as hetab_exr_parts, hetab_exr_element; -1: as exr_parts has it */
+  int renderer;            /* tabulate_renderers[]; -1: none named */
   double tolerance, cone_deg, table_error;
   size_t samples, seed, compression;
   int force, quiet, json;
@@ -46,5 +45,3 @@ int tabulate_has_format(const tabulate_request *request, hetab_format format);
 
 /* The summary on standard output; the exit status. */
 int tabulate_summary(const tabulate_job *job);
-
-#endif

@@ -72,13 +72,17 @@ static cli_option *engine_options(cli_option *next, tabulate_request *r) {
 /* OpenEXR tables. */
 static cli_option *exr_options(cli_option *next, tabulate_request *r) {
   const cli_option options[] = {
-      {CLI_CHOICE, "exr-parts", 0, "theta_i|wavelength",
-       "parts of the .exr: one for each incidence, or one for each wavelength, which are spectral "
-       "(theta_i)",
+      {CLI_CHOICE, "exr-layout", 0, "theta_i|wavelength|atlas",
+       "parts of the .exr: one for each incidence; one for each wavelength, which are spectral; or "
+       "one for all, R G B with the incidences as tiles, for shaders and for readers that know one "
+       "part (theta_i)",
+       &r->exr_parts, 0, 0},
+      {CLI_CHOICE, "exr-parts", 0, "theta_i|wavelength", "--exr-layout, as it was called",
        &r->exr_parts, 0, 0},
       {CLI_CHOICE, "exr-type", 0, "float|half",
-       "numbers in the .exr; half saturates above 65504, which is counted (float)", &r->exr_type, 0,
-       0},
+       "numbers in the .exr; half saturates above 65504, which is counted, or in an atlas refused "
+       "(float; half in an atlas)",
+       &r->exr_type, 0, 0},
   };
   memcpy(next, options, sizeof options);
   return next + sizeof options / sizeof *options;
@@ -142,8 +146,8 @@ static int check_given(const cli_command *self, const tabulate_request *r) {
                  {r->compression > 0, "compress", ".h5", H5},
                  {r->tolerance > 0, "tolerance", ".h5, .exr and .binary", H5 | EXR | MERL},
                  {r->device, "device", ".h5, .exr and .binary", H5 | EXR | MERL},
-                 {r->exr_parts, "exr-parts", ".exr", EXR},
-                 {r->exr_type, "exr-type", ".exr", EXR},
+                 {r->exr_parts, "exr-layout", ".exr", EXR},
+                 {r->exr_type >= 0, "exr-type", ".exr", EXR},
                  {r->sampling, "merl-sampling", ".binary", MERL},
                  {r->colour, "merl-colour", ".binary", MERL},
                  {r->renderer >= 0, "for", ".bsdf", RGL},

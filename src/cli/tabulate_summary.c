@@ -64,6 +64,15 @@ static const char *readers_remark(const tabulate_job *job, hetab_format format) 
              : "; for pbrt-v4 take --for pbrt";
 }
 
+static int is_atlas(const tabulate_job *job, hetab_format format) {
+  return format == HETAB_FORMAT_EXR && job->exr.parts == HETAB_EXR_ATLAS;
+}
+
+static const char *readers(const tabulate_job *job, hetab_format format) {
+  return is_atlas(job, format) ? "OpenImageIO, OpenCV and shaders (scripts/exr_atlas.glsl)"
+                               : cli_readers(format, is_spectral(job));
+}
+
 static const char *bands_name(const tabulate_job *job) {
   return is_spectral(job) ? "spectral" : "rgb";
 }
@@ -87,8 +96,7 @@ static json_t *output_json(const tabulate_job *job, size_t i) {
       rate(report->entries, report->kernel_seconds), "error", cli_json_error(&report->error),
       "specular", specular_json(job, i));
   if (json)
-    json_object_set_new(json, "loads_in",
-                        json_string(cli_readers(output->format, is_spectral(job))));
+    json_object_set_new(json, "loads_in", json_string(readers(job, output->format)));
   if (json && output->format == HETAB_FORMAT_MERL)
     json_object_set_new(json, "clamped", json_integer((json_int_t)report->clamped));
   if (json && (output->format == HETAB_FORMAT_H5 || output->format == HETAB_FORMAT_EXR))
@@ -168,6 +176,7 @@ static void print_specular(const tabulate_job *job, size_t i) {
   else if (r->format == HETAB_FORMAT_H5 || r->format == HETAB_FORMAT_EXR)
     printf("%s: specular reflectance, at most %.3g, is in %s\n", path, r->specular_max,
            r->format == HETAB_FORMAT_H5 ? "/specular_reflectance"
+           : is_atlas(job, r->format)   ? "the attributes specular_reflectance_R, _G and _B"
                                         : "the part specular_reflectance");
   else if (share > (allowed > 0 ? allowed : 0.01))
     printf("%s: warning: the table lacks %.2g %% of the light, the specular delta (rho_s up to "
@@ -229,8 +238,7 @@ static void print_notes(const tabulate_job *job, size_t i) {
            r->saturated);
   if (r->format == HETAB_FORMAT_MERL && r->report.clamped)
     printf("%s: %zu cells out of gamut: negative values set to 0\n", path, r->report.clamped);
-  printf("%s: loads in %s%s\n", path, cli_readers(r->format, is_spectral(job)),
-         readers_remark(job, r->format));
+  printf("%s: loads in %s%s\n", path, readers(job, r->format), readers_remark(job, r->format));
 }
 
 static const double MANY_UM = 20; /* rms heights beyond are no polished or ground surface's */

@@ -1,14 +1,10 @@
 #include <hetab/convert.h>
 
-#include <stdlib.h>
-#include <string.h>
-
 #include <hetab/table.h>
 
 #include "convert/outputs.h"
 #include "core/held_files.h"
 #include "core/option_size.h"
-#include "table/table_format.h"
 #include "convert/trial.h"
 
 static hetab_status format_of_output(hetab_context *ctx, const char *path, hetab_format *format) {

@@ -3,7 +3,6 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 #include <hetab/merl.h>
@@ -35,7 +34,6 @@ static hetab_status open_merl(hetab_context *ctx, hetab_convert_source *source) 
   hetab_merl *merl;
   HETAB_TRY(hetab_merl_load_raw(ctx, source->path, &merl));
   source->filled = hetab_merl_holes(merl);
-  source->specular_cone = hetab_merl_specular_cone(merl);
   hetab_status status = source->filled ? hetab_merl_mend(ctx, source->path, merl) : HETAB_OK;
   if (status == HETAB_OK)
     status = source->filled
@@ -49,7 +47,6 @@ static hetab_status open_merl(hetab_context *ctx, hetab_convert_source *source) 
 static hetab_status open_rgl(hetab_context *ctx, hetab_convert_source *source) {
   HETAB_TRY(hetab_lookup_open(ctx, source->path, HETAB_LOOKUP_INTERPOLATE, &source->table));
   HETAB_TRY(hetab_rgl_load(ctx, source->path, &source->rgl));
-  source->specular_cone = hetab_rgl_specular_cone(source->rgl);
   return hetab_rgl_smooth_create(ctx, source->rgl, &source->smooth);
 }
 
@@ -78,6 +75,8 @@ hetab_status hetab_convert_open(hetab_context *ctx, const char *path, int srgb,
                  : hetab_lookup_open(ctx, path, HETAB_LOOKUP_INTERPOLATE, &source->table);
   if (status == HETAB_OK)
     status = choose_channels(ctx, srgb, source);
+  if (status == HETAB_OK)
+    source->specular_cone = hetab_lookup_specular_cone(source->table);
   if (status != HETAB_OK)
     hetab_convert_close(source);
   return status;
@@ -95,10 +94,12 @@ void hetab_convert_close(hetab_convert_source *source) {
 
 /* ---- values -------------------------------------------------------------------------------- */
 
-/* Kept off the horizon by a hundredth of a degree, where tables hold nothing. */
+/* Kept off the horizon by a hundredth of a degree, where tables hold nothing. The steeper direction
+ * first, so that both orders of a pair are the same to the last bit. */
 static void set_directions(const hetab_directions *pair, float wi[3], float wo[3]) {
   const double most = M_PI_2 * (1 - 1.0 / 9000);
-  double i = fmin(pair->theta_i, most), r = fmin(pair->theta_r, most);
+  double i = fmin(fmin(pair->theta_i, pair->theta_r), most);
+  double r = fmin(fmax(pair->theta_i, pair->theta_r), most);
   wi[0] = (float)sin(i);
   wi[1] = 0;
   wi[2] = (float)cos(i);
@@ -128,26 +129,35 @@ size_t hetab_convert_channels(const hetab_convert_source *source, const float *i
 
 enum { BLOCK = 256 };
 
+/* RGL tables: the mean of both orders, since what they are converted to is taken as reciprocal;
+ * other[channels_in]. */
 static void read_block(const hetab_convert_source *source, size_t count, const float (*wi)[3],
-                       const float (*wo)[3], float *values) {
+                       const float (*wo)[3], float *values, float *other) {
+  size_t channels = source->channels_in;
   if (!source->rgl)
     hetab_lookup_eval(source->table, NULL, count, wi[0], wo[0], values, NULL);
-  for (size_t i = 0; i < count && source->rgl; i++)
-    hetab_rgl_smooth_eval(&source->smooth, wi[i], wo[i], values + i * source->channels_in);
+  for (size_t i = 0; i < count && source->rgl; i++) {
+    hetab_rgl_smooth_eval(&source->smooth, wi[i], wo[i], values + i * channels);
+    const float mirrored[3] = {wo[i][0], -wo[i][1], wo[i][2]};
+    hetab_rgl_smooth_eval(&source->smooth, mirrored, wi[i], other);
+    for (size_t c = 0; c < channels; c++)
+      values[i * channels + c] = 0.5f * (values[i * channels + c] + other[c]);
+  }
 }
 
 hetab_status hetab_convert_values(hetab_context *ctx, void *user, const hetab_directions *pairs,
                                   size_t count, double *values) {
   hetab_convert_source *source = user;
   float wi[BLOCK][3], wo[BLOCK][3];
-  float *in = hetab_alloc(ctx, BLOCK, source->channels_in * sizeof *in);
+  float *in = hetab_alloc(ctx, BLOCK + 1, source->channels_in * sizeof *in);
   if (!in)
     return HETAB_ERR_MEMORY;
   for (size_t first = 0; first < count; first += BLOCK) {
     size_t block = count - first < BLOCK ? count - first : BLOCK;
     for (size_t i = 0; i < block; i++)
       set_directions(&pairs[first + i], wi[i], wo[i]);
-    read_block(source, block, (const float(*)[3])wi, (const float(*)[3])wo, in);
+    read_block(source, block, (const float(*)[3])wi, (const float(*)[3])wo, in,
+               in + BLOCK * source->channels_in);
     for (size_t i = 0; i < block; i++)
       source->clamped += hetab_convert_channels(source, in + i * source->channels_in,
                                                 values + (first + i) * source->channels);

@@ -1,6 +1,5 @@
 /* The table that is converted, in the channels of what it is converted to. */
-#ifndef HETAB_CONVERT_SOURCE_H
-#define HETAB_CONVERT_SOURCE_H
+#pragma once
 
 #include <hetab/convert.h>
 #include <hetab/lookup.h>
@@ -35,5 +34,3 @@ hetab_status hetab_convert_specular(hetab_context *ctx, const hetab_convert_sour
                                     double theta_i, double *value);
 /* channels_in values to channels; returns how many were below 0. */
 size_t hetab_convert_channels(const hetab_convert_source *source, const float *in, double *out);
-
-#endif

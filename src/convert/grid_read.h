@@ -1,6 +1,5 @@
 /* Dense tables as readers see them that interpolate linearly between nodes. */
-#ifndef HETAB_CONVERT_GRID_READ_H
-#define HETAB_CONVERT_GRID_READ_H
+#pragma once
 
 #include <hetab/tabulate_to.h>
 
@@ -14,5 +13,3 @@ hetab_status hetab_grid_read(hetab_context *ctx, const hetab_grid *grid, hetab_r
 /* What such a reader makes of a surface's table. */
 hetab_status hetab_grid_try(hetab_context *ctx, const hetab_surface *surface,
                             const hetab_grid *grid, hetab_grid_report *report);
-
-#endif

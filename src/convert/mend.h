@@ -1,6 +1,5 @@
 /* Measured MERL tables without their holes. */
-#ifndef HETAB_CONVERT_MEND_H
-#define HETAB_CONVERT_MEND_H
+#pragma once
 
 #include <hetab/merl.h>
 
@@ -14,5 +13,3 @@ size_t hetab_merl_holes(const hetab_merl *merl);
 /* Gives every cell a value, below the horizon too: ring by ring, the geometric mean of the
  * neighbours that have one. HETAB_ERR_PARSE if no cell has. */
 hetab_status hetab_merl_mend(hetab_context *ctx, const char *path, hetab_merl *merl);
-
-#endif

@@ -8,6 +8,7 @@
 
 #include <hetab/merl.h>
 
+#include "convert/cone_grid.h"
 #include "convert/mend.h"
 #include "core/angle.h"
 #include "core/held_files.h"
@@ -92,7 +93,8 @@ static hetab_status save_h5(hetab_context *ctx, hetab_convert_source *source, co
                               .tau_um = (double)NAN,
                               .source = source->path,
                               .channels = source->channels,
-                              .lambda_um = source->lambda_um};
+                              .lambda_um = source->lambda_um,
+                              .specular_cone = source->specular_cone};
   hetab_table_writer *writer;
   HETAB_TRY(hetab_h5_create_from(ctx, path, &head, grid, &h5, &writer));
   hetab_status status = write_specular(ctx, source, grid, writer);
@@ -106,11 +108,10 @@ static hetab_status save_h5(hetab_context *ctx, hetab_convert_source *source, co
 
 hetab_status hetab_convert_to_h5(hetab_context *ctx, hetab_convert_source *source, const char *path,
                                  const hetab_convert_options *options) {
-  hetab_grid *own = NULL;
-  if (!options->grid)
-    HETAB_TRY(hetab_grid_create(ctx, &own));
-  hetab_status status = save_h5(ctx, source, path, own ? own : options->grid, options);
-  hetab_grid_free(own);
+  hetab_grid *grid;
+  HETAB_TRY(hetab_cone_grid(ctx, options->axes, source->specular_cone, source->path, &grid));
+  hetab_status status = save_h5(ctx, source, path, grid, options);
+  hetab_grid_free(grid);
   return status;
 }
 

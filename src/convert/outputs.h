@@ -1,6 +1,5 @@
 /* The formats that a table is converted to; each file appears whole or not at all. */
-#ifndef HETAB_CONVERT_OUTPUTS_H
-#define HETAB_CONVERT_OUTPUTS_H
+#pragma once
 
 #include "convert/convert_source.h"
 
@@ -20,5 +19,3 @@ hetab_status hetab_convert_check_specular(hetab_context *ctx, const hetab_conver
 hetab_status hetab_convert_save_specular(hetab_context *ctx, const hetab_convert_source *source,
                                          hetab_format format, const char *path, int overwrite,
                                          hetab_convert_report *report);
-
-#endif

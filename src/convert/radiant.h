@@ -1,6 +1,5 @@
 /* Whether all values are finite and not negative, at a memory's speed. */
-#ifndef HETAB_CONVERT_RADIANT_H
-#define HETAB_CONVERT_RADIANT_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -13,5 +12,3 @@ bool hetab_radiant(const void *values, size_t count, hetab_precision precision, 
 /* The sample is of all that was evaluated: a second look at dense tables, and the one at MERL
  * tables before hetab_merl_save goes through their cells. */
 hetab_status hetab_report_radiant(hetab_context *ctx, const hetab_report *report);
-
-#endif

@@ -3,8 +3,7 @@
  * The lobe of model/fold.h, scaled at every theta_i of the grid such that the table, interpolated
  * linearly between its nodes, reflects rho_s with it: near the horizon a grid may hold little more
  * of a lobe than its ridge, phi = 180. */
-#ifndef HETAB_CONVERT_SLAB_FOLD_H
-#define HETAB_CONVERT_SLAB_FOLD_H
+#pragma once
 
 #include <hetab/grid.h>
 #include <hetab/surface.h>
@@ -24,5 +23,3 @@ void hetab_slab_fold_free(hetab_slab_fold *fold); /* NULL is fine */
 /* The slab with the lobe in it; its values are the fold's, until the next call. */
 hetab_status hetab_slab_fold_in(hetab_context *ctx, hetab_slab_fold *fold, const hetab_slab *slab,
                                 hetab_slab *out);
-
-#endif

@@ -1,6 +1,5 @@
 /* The specular delta of a surface as the file beside a MERL or RGL table. */
-#ifndef HETAB_CONVERT_SURFACE_SPECULAR_H
-#define HETAB_CONVERT_SURFACE_SPECULAR_H
+#pragma once
 
 #include <hetab/surface.h>
 
@@ -9,5 +8,3 @@
 hetab_status hetab_surface_specular_save(hetab_context *ctx, const hetab_surface *surface,
                                          const double *band_um, size_t channels, const char *path,
                                          int overwrite);
-
-#endif

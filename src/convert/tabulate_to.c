@@ -18,7 +18,6 @@
 #include "core/clock.h"
 #include "core/context.h"
 #include "table/specular.h"
-#include "table/table_format.h"
 
 typedef struct output {
   const char *path;
@@ -365,10 +364,11 @@ static hetab_status check_output(job *job, const output *o) {
   char *path = hetab_atomic_held_path(job->ctx, &job->held, o->held - 1);
   if (!path)
     return HETAB_ERR_MEMORY;
-  size_t parts = job->exr.parts == HETAB_EXR_BY_WAVELENGTH
-                     ? hetab_surface_band_count(job->surface)
-                     : hetab_grid_count(job->grid, HETAB_THETA_I);
-  hetab_status status = hetab_read_back(job->ctx, o->report.format, path, 1 + parts);
+  size_t parts =
+      job->exr.parts == HETAB_EXR_BY_WAVELENGTH ? 1 + hetab_surface_band_count(job->surface)
+      : job->exr.parts == HETAB_EXR_ATLAS       ? 1
+                                                : 1 + hetab_grid_count(job->grid, HETAB_THETA_I);
+  hetab_status status = hetab_read_back(job->ctx, o->report.format, path, parts);
   free(path);
   if (status == HETAB_OK)
     return HETAB_OK;

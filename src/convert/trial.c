@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,8 +14,8 @@
 typedef struct trial {
   hetab_convert_source *source;
   hetab_lookup *out;
-  hetab_merl *merl;   /* read by cells; NULL: the output's rule is the interpolated one */
-  hetab_h5_table *h5; /* likewise, linear between its nodes */
+  hetab_merl *merl;       /* read by cells; NULL: the output's rule is the interpolated one */
+  const hetab_grid *grid; /* likewise, linear between its nodes */
   double *corners, *linear;
   uint64_t random;
   float *in_value, *out_value;
@@ -53,10 +54,9 @@ static hetab_status read_own(hetab_context *ctx, trial *t, const float wi[3], co
     t->linear[c] = (double)t->out_value[c];
   if (t->merl)
     hetab_merl_lookup(t->merl, pair, t->linear);
-  hetab_status status =
-      t->h5 ? hetab_grid_read(ctx, hetab_h5_grid(t->h5), hetab_convert_values, source,
-                              source->channels, &pair, t->corners, t->linear)
-            : HETAB_OK;
+  hetab_status status = t->grid ? hetab_grid_read(ctx, t->grid, hetab_convert_values, source,
+                                                  source->channels, &pair, t->corners, t->linear)
+                                : HETAB_OK;
   source->clamped = clamped;
   return status;
 }
@@ -91,10 +91,51 @@ static hetab_status run(hetab_context *ctx, trial *t, size_t pairs) {
   return HETAB_OK;
 }
 
+/* ---- a finer grid -------------------------------------------------------------------------- */
+
+/* From this error on a grid is proposed, which leaves that. */
+static const double PROPOSING = 0.1, PROPOSED = 0.05;
+
+/* Evenly spaced axes of nodes[]. */
+static hetab_status even_grid(hetab_context *ctx, const size_t *nodes, hetab_grid **out) {
+  char spec[64];
+  HETAB_TRY(hetab_grid_create(ctx, out));
+  hetab_status status = HETAB_OK;
+  for (hetab_axis axis = 0; axis < HETAB_AXIS_COUNT && status == HETAB_OK; axis++) {
+    snprintf(spec, sizeof spec, "0:%d:%zu", axis == HETAB_PHI ? 180 : 90, nodes[axis]);
+    status = hetab_grid_set_axis(ctx, *out, axis, spec);
+  }
+  if (status != HETAB_OK)
+    hetab_grid_free(*out);
+  return status;
+}
+
+/* The first of ever finer grids that serves. */
+static hetab_status propose(hetab_context *ctx, const trial *t, size_t *nodes) {
+  enum { PAIRS = 3000, MOST = 20000 };
+  const double finer = 1.25;
+  double factor = finer, error = 1.0;
+  for (; error > PROPOSED && nodes[HETAB_PHI] < MOST; factor *= finer) {
+    trial own = *t;
+    hetab_grid *grid;
+    own.sum = own.error_own = 0.0;
+    for (hetab_axis axis = 0; axis < HETAB_AXIS_COUNT; axis++)
+      nodes[axis] = (size_t)ceil(factor * (double)hetab_grid_count(t->grid, axis));
+    HETAB_TRY(even_grid(ctx, nodes, &grid));
+    own.grid = grid;
+    hetab_status status = run(ctx, &own, PAIRS);
+    hetab_grid_free(grid);
+    HETAB_TRY(status);
+    error = own.sum > 0.0 ? own.error_own / own.sum : 0.0;
+  }
+  return HETAB_OK;
+}
+
 hetab_status hetab_convert_trial(hetab_context *ctx, hetab_convert_source *source, const char *path,
                                  size_t pairs, unsigned seed, hetab_convert_report *report) {
   trial t = {.source = source, .random = seed};
   hetab_status status;
+  hetab_h5_table *h5 = NULL;
   t.in_value = hetab_alloc(ctx, source->channels_in, sizeof *t.in_value);
   t.out_value = hetab_alloc(ctx, source->channels, sizeof *t.out_value);
   t.expected = hetab_alloc(ctx, source->channels, sizeof *t.expected);
@@ -105,20 +146,24 @@ hetab_status hetab_convert_trial(hetab_context *ctx, hetab_convert_source *sourc
   HETAB_GOTO(hetab_lookup_open(ctx, path, HETAB_LOOKUP_INTERPOLATE, &t.out));
   if (report->to == HETAB_FORMAT_MERL)
     HETAB_GOTO(hetab_merl_load(ctx, path, &t.merl));
-  if (report->to == HETAB_FORMAT_H5)
-    HETAB_GOTO(hetab_h5_open_any(ctx, path, &t.h5));
+  if (report->to == HETAB_FORMAT_H5) {
+    HETAB_GOTO(hetab_h5_open_any(ctx, path, &h5));
+    t.grid = hetab_h5_grid(h5);
+  }
   HETAB_GOTO(run(ctx, &t, pairs));
   double scale = t.sum > 0 ? 1 / t.sum : 0;
   report->error_l1 = t.error_own * scale;
   report->error_l1_interpolated = t.error * scale;
   report->bias = t.bias * scale;
+  if (t.grid && report->error_l1 > PROPOSING)
+    HETAB_GOTO(propose(ctx, &t, report->proposed));
 done:
   free(t.in_value);
   free(t.out_value);
   free(t.expected);
   free(t.corners);
   free(t.linear);
-  hetab_h5_free(t.h5);
+  hetab_h5_free(h5);
   hetab_lookup_free(t.out);
   hetab_merl_free(t.merl);
   return status;

@@ -1,6 +1,5 @@
 /* What a conversion added, at random directions. */
-#ifndef HETAB_CONVERT_TRIAL_H
-#define HETAB_CONVERT_TRIAL_H
+#pragma once
 
 #include "convert/convert_source.h"
 
@@ -8,5 +7,3 @@
  * 80 degrees; viewers are drawn half by the source's lobe and half by the cosine, and weighed. */
 hetab_status hetab_convert_trial(hetab_context *ctx, hetab_convert_source *source, const char *path,
                                  size_t pairs, unsigned seed, hetab_convert_report *report);
-
-#endif

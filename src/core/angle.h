@@ -1,8 +1,7 @@
 /* Degrees of files and people, radians of everything else. 90 and 180 degrees are exactly pi/2 and
  * pi; within a degree of them the result is the nearest double (tests/test_literal.c). Even so a
  * double near pi/2 has its cosine to 1e-16 absolute only: to 6e-10 of it at 90 - 1e-5 degrees. */
-#ifndef HETAB_CORE_ANGLE_H
-#define HETAB_CORE_ANGLE_H
+#pragma once
 
 #include <math.h>
 
@@ -17,5 +16,3 @@ static inline double hetab_radians(double deg) {
 static inline double hetab_degrees(double radians) {
   return radians / M_PI * 180.0;
 }
-
-#endif

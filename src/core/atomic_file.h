@@ -6,8 +6,7 @@
  * File systems without unnamed files get a hidden temporary name instead, removed on abort. What a
  * killed process leaves under a hidden name is removed by the next one that writes to the target.
  */
-#ifndef HETAB_CORE_ATOMIC_FILE_H
-#define HETAB_CORE_ATOMIC_FILE_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -56,5 +55,3 @@ hetab_status hetab_atomic_commit(hetab_context *ctx, hetab_atomic_file *file);
 
 /* Drops the data; NULL is fine. */
 void hetab_atomic_abort(hetab_atomic_file *file);
-
-#endif

@@ -1,6 +1,5 @@
 /* The steps that publishing is made of, for core/atomic_file.c and core/held_files.c alone. */
-#ifndef HETAB_CORE_ATOMIC_PARTS_H
-#define HETAB_CORE_ATOMIC_PARTS_H
+#pragma once
 
 #include "core/atomic_file.h"
 
@@ -38,5 +37,3 @@ hetab_status hetab_held_add(hetab_context *ctx, hetab_held_files *held, hetab_at
 
 /* A descriptor for reading what is not published, or -1. */
 int hetab_atomic_open_again(const hetab_atomic_file *file);
-
-#endif

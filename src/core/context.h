@@ -1,6 +1,5 @@
 /* The context behind the public handle: the error message and the progress callback. */
-#ifndef HETAB_CORE_CONTEXT_H
-#define HETAB_CORE_CONTEXT_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -50,5 +49,3 @@ hetab_status hetab_grow(hetab_context *ctx, void *array, size_t size, size_t cou
     if (status != HETAB_OK)                                                                        \
       goto done;                                                                                   \
   } while (0)
-
-#endif

@@ -1,11 +1,8 @@
 /* How many threads a job may use. */
-#ifndef HETAB_CORE_CPUS_H
-#define HETAB_CORE_CPUS_H
+#pragma once
 
 /* The processors that taskset, a cluster's scheduler or a container leave this process, or fewer by
  * the calling thread's limit; at least 1. */
 int hetab_cpu_count(void);
 /* Of the calling thread, for what it starts itself; 0: none. */
 void hetab_cpu_limit(int most);
-
-#endif

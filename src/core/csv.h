@@ -5,8 +5,7 @@
  * separated by ';', tab, ',' or blanks, whichever the file uses, and may be in double quotes; '#'
  * starts a comment; the decimal mark is a comma where that is the only reading. Lines are counted
  * from 1, and every message begins with "FILE:LINE: ". */
-#ifndef HETAB_CORE_CSV_H
-#define HETAB_CORE_CSV_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -106,5 +105,3 @@ void hetab_csv_forget_header(hetab_csv *csv);
 /* HETAB_ERR_PARSE with "FILE:LINE: " before the message. */
 hetab_status hetab_csv_fail(const hetab_csv *csv, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
-
-#endif

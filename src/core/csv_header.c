@@ -1,10 +1,8 @@
 /* Where the table begins, and what its columns are. */
 #include "core/csv.h"
 
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 enum { MOST_LINES_ABOVE = 1000 };
 

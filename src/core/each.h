@@ -1,6 +1,5 @@
 /* Many pieces of one job, on all of the processors that it may use. */
-#ifndef HETAB_CORE_EACH_H
-#define HETAB_CORE_EACH_H
+#pragma once
 
 #include "core/context.h"
 
@@ -15,5 +14,3 @@ int hetab_worker_count(void);
 /* Every piece once, in about their order. Progress is told between the calling thread's own;
  * HETAB_ERR_CANCELLED: not all were done. ctx NULL: none is told, and all are done. */
 hetab_status hetab_each(hetab_context *ctx, size_t count, hetab_piece_fn piece, void *user);
-
-#endif

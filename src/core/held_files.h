@@ -1,8 +1,7 @@
 /* Several files, all or none as far as renames allow: from hold to publish or drop, what is
  * committed with the context is kept, whole and synced, without its name. The context's readers see
  * it under its path (core/input_file.h). Holds nest: an inner one hands its files to the outer. */
-#ifndef HETAB_CORE_HELD_FILES_H
-#define HETAB_CORE_HELD_FILES_H
+#pragma once
 
 #include <stdbool.h>
 #include "core/atomic_file.h"
@@ -22,5 +21,3 @@ int hetab_held_open(hetab_context *ctx, const char *path);
 
 /* Two paths of one file, existing or not. */
 bool hetab_same_file(const char *a, const char *b);
-
-#endif

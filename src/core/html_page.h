@@ -1,7 +1,6 @@
 /* The frame of every page that the project writes: one self-contained file, with the styles of its
  * tables and plots. */
-#ifndef HETAB_CORE_HTML_PAGE_H
-#define HETAB_CORE_HTML_PAGE_H
+#pragma once
 
 #include <stdio.h>
 
@@ -14,5 +13,3 @@ void hetab_page_end(FILE *out);
 
 /* Text with what HTML reserves escaped. */
 void hetab_page_text(FILE *out, const char *text);
-
-#endif

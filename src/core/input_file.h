@@ -3,8 +3,7 @@
  * Within hetab_outputs_begin() a path that this context has saved, and not published yet, is read
  * as saved. A context that keeps its inputs (hetab_keep_inputs) notes which files were read and
  * which are to be written, by device and inode, and refuses that one file be both. */
-#ifndef HETAB_CORE_INPUT_FILE_H
-#define HETAB_CORE_INPUT_FILE_H
+#pragma once
 
 #include <stdio.h>
 #include "core/context.h"
@@ -21,5 +20,3 @@ hetab_status hetab_input_stream(hetab_context *ctx, const char *path, hetab_inpu
 /* The first bytes, zeros where it has fewer: formats are told apart by them. */
 hetab_status hetab_input_start(hetab_context *ctx, const char *path, hetab_input_kind kind,
                                void *start, size_t size);
-
-#endif

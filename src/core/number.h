@@ -1,6 +1,5 @@
 /* Numbers as text, always with '.' whatever the locale, and the values that a quantity may take. */
-#ifndef HETAB_CORE_NUMBER_H
-#define HETAB_CORE_NUMBER_H
+#pragma once
 
 #include <stdbool.h>
 #include "core/context.h"
@@ -40,5 +39,3 @@ hetab_status hetab_number_check(hetab_context *ctx, const hetab_rule *rule, doub
 /* The fewest digits that read back as the same double, without an exponent at everyday sizes. */
 enum { HETAB_NUMBER_TEXT = 32 };
 void hetab_number_format(double value, char text[HETAB_NUMBER_TEXT]);
-
-#endif

@@ -1,6 +1,5 @@
 /* Options of the public functions, which callers may have compiled against other headers. */
-#ifndef HETAB_CORE_OPTION_SIZE_H
-#define HETAB_CORE_OPTION_SIZE_H
+#pragma once
 
 #include <stddef.h>
 #include "core/context.h"
@@ -14,5 +13,3 @@
 
 /* HETAB_ERR_ARGUMENT for a larger struct with anything but 0 in what is not known here. */
 hetab_status hetab_options_take(hetab_context *ctx, const void *given, void *own, size_t size);
-
-#endif

@@ -1,8 +1,5 @@
 /* Student's t. */
-#ifndef HETAB_CORE_STUDENT_H
-#define HETAB_CORE_STUDENT_H
+#pragma once
 
 /* The two-sided 95 % point, within 0.1 % at whole degrees of freedom; below 1 that of 1. */
 double hetab_student_95(double freedom);
-
-#endif

@@ -1,6 +1,5 @@
 /* Text files, and the words of error messages about them. */
-#ifndef HETAB_CORE_TEXT_H
-#define HETAB_CORE_TEXT_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -37,5 +36,3 @@ extern const char *const hetab_yaml_extensions[];
 
 /* Copies the next word (no blanks) at *cursor into word, cut to fit; false at the end of text. */
 bool hetab_next_word(const char **cursor, char *word, size_t size);
-
-#endif

@@ -1,6 +1,5 @@
 /* Units of length and angle, and the names of columns that carry them, as people write them. */
-#ifndef HETAB_CORE_UNIT_H
-#define HETAB_CORE_UNIT_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -21,5 +20,3 @@ void hetab_plain_letters(const char *text, char *plain, size_t size);
  * 2: it is; 1: it would be, if the rest of it were a unit; 0: it is not. */
 int hetab_names_quantity(const char *name, const char *names, hetab_quantity quantity,
                          double *unit);
-
-#endif

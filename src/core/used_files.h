@@ -1,8 +1,7 @@
 /* Which files a context has read and which it is to replace, by device and inode. One that keeps
  * its inputs (hetab_keep_inputs) refuses with HETAB_ERR_IO that one file be both; others note
  * nothing. */
-#ifndef HETAB_CORE_USED_FILES_H
-#define HETAB_CORE_USED_FILES_H
+#pragma once
 
 #include <sys/stat.h>
 #include "core/context.h"
@@ -11,5 +10,3 @@ hetab_status hetab_note_input(hetab_context *ctx, const char *path, const struct
 hetab_status hetab_note_output(hetab_context *ctx, const char *path, const struct stat *about);
 /* It has been replaced: its inode may come to be another file's. */
 void hetab_forget_output(hetab_context *ctx, const struct stat *about);
-
-#endif

@@ -11,7 +11,6 @@
 #include "core/clock.h"
 #include "core/random.h"
 #include "engine/dense.h"
-#include "engine/sample.h"
 #include "kernels/tables.h"
 
 enum { DEFAULT_SAMPLES = 20000, DEFAULT_REPEATS = 5, MOST_REPEATS = 64, LITERAL_ENTRIES = 20000 };

@@ -1,6 +1,5 @@
 /* An engine for small jobs, on the devices of another. */
-#ifndef HETAB_ENGINE_BORROWED_H
-#define HETAB_ENGINE_BORROWED_H
+#pragma once
 
 #include <hetab/engine.h>
 
@@ -13,5 +12,3 @@ void hetab_engine_return(hetab_engine *borrowed); /* NULL is fine */
 
 /* Number i of a slab's values. */
 double hetab_slab_value(const hetab_engine *engine, const void *values, size_t i);
-
-#endif

@@ -1,6 +1,5 @@
 /* What dense tables are computed from, shared by the tabulation and the benchmark. */
-#ifndef HETAB_ENGINE_DENSE_H
-#define HETAB_ENGINE_DENSE_H
+#pragma once
 
 #include <hetab/tabulate.h>
 
@@ -84,5 +83,3 @@ void hetab_two_reals(const hetab_engine *engine, double value, double two[2]);
 void hetab_wave_row(const hetab_engine *engine, const hetab_wave *wave, double *row);
 void hetab_band_row(const hetab_engine *engine, const hetab_surface *surface,
                     const hetab_band *band, double *row);
-
-#endif

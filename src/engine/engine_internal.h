@@ -1,6 +1,5 @@
 /* The engine's inside: one lane per device, with kernels built when first used. */
-#ifndef HETAB_ENGINE_ENGINE_INTERNAL_H
-#define HETAB_ENGINE_ENGINE_INTERNAL_H
+#pragma once
 
 #include <stdint.h>
 
@@ -30,5 +29,3 @@ hetab_report hetab_report_of(const hetab_engine *engine, const char *device);
 
 /* A relative error that can be asked for; 0 stands for the default. */
 hetab_status hetab_check_tolerance(hetab_context *ctx, double tolerance);
-
-#endif

@@ -1,7 +1,6 @@
 /* Lanes: one per device, with its queues, and how kernels are laid over it. One thread at a time
  * uses a lane. */
-#ifndef HETAB_ENGINE_LANE_H
-#define HETAB_ENGINE_LANE_H
+#pragma once
 
 #include <CL/cl.h>
 #include <stdbool.h>
@@ -118,5 +117,3 @@ hetab_status hetab_output_fetch(hetab_context *ctx, const hetab_engine *engine, 
 hetab_status hetab_output_wait(hetab_context *ctx, hetab_output *out);
 void hetab_output_return(hetab_output *out);
 void hetab_output_free(hetab_output *out);
-
-#endif

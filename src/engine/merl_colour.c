@@ -8,7 +8,6 @@
 #include "kernels/tables.h"
 #include "model/colour.h"
 #include "model/fold.h"
-#include "model/model.h"
 
 /* The surface's own wavelengths for colour, else the bands that the options name. */
 static hetab_status select_bands(hetab_merl_job *job) {

@@ -1,5 +1,4 @@
 /* MERL tables: the error against the printed equations, on a sample. */
-#include <math.h>
 #include <string.h>
 
 #include "engine/merl_job.h"

@@ -1,6 +1,5 @@
 /* A MERL table in the making, shared by what evaluates it, colours it and measures its error. */
-#ifndef HETAB_ENGINE_MERL_JOB_H
-#define HETAB_ENGINE_MERL_JOB_H
+#pragma once
 
 #include <hetab/tabulate.h>
 
@@ -47,5 +46,3 @@ size_t hetab_merl_job_fill(const hetab_merl_job *job, hetab_merl *merl);
 /* Channel sums (X, Y, Z or the bands) of random cells above the horizon against the literal
  * reference. */
 hetab_status hetab_merl_job_error(hetab_merl_job *job, hetab_error_stats *stats);
-
-#endif

@@ -1,6 +1,5 @@
 /* The model at many pairs of directions, on the engine's first device. */
-#ifndef HETAB_ENGINE_POINTS_H
-#define HETAB_ENGINE_POINTS_H
+#pragma once
 
 #include <hetab/engine.h>
 #include <hetab/types.h>
@@ -19,5 +18,3 @@ hetab_status hetab_places_evaluate(hetab_context *ctx, hetab_places *places, dou
                                    double tau_um, const hetab_band *bands, size_t band_count,
                                    const double (*weights)[3], const hetab_directions *at,
                                    size_t count, double *values);
-
-#endif

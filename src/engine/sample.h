@@ -1,6 +1,5 @@
 /* Measured error: a random sample of what was computed, compared with the literal reference. */
-#ifndef HETAB_ENGINE_SAMPLE_H
-#define HETAB_ENGINE_SAMPLE_H
+#pragma once
 
 #include <stdint.h>
 
@@ -28,5 +27,3 @@ size_t hetab_sample_from(const hetab_sample *sample, uint64_t position);
 void hetab_sample_add(hetab_sample *sample, double value, double reference);
 /* Fills in p99 and RMS. */
 hetab_error_stats hetab_sample_finish(hetab_sample *sample);
-
-#endif

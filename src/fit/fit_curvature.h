@@ -1,7 +1,6 @@
 /* The curvature of the objective at the answer, for intervals and for the bootstrap. Roughness and
  * index are unknowns by their logarithms, diffuse parts as they are. */
-#ifndef HETAB_FIT_FIT_CURVATURE_H
-#define HETAB_FIT_FIT_CURVATURE_H
+#pragma once
 
 #include "fit/fit_internal.h"
 
@@ -60,5 +59,3 @@ hetab_status hetab_fit_check_profiles(hetab_fit_curvature *c, hetab_fit *fit);
 
 /* Fills in the estimates' bootstrap intervals (fit_bootstrap.c). */
 hetab_status hetab_fit_bootstrap(hetab_fit_curvature *c, hetab_fit *fit);
-
-#endif

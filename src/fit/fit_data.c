@@ -2,9 +2,7 @@
 #include "fit/fit_internal.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 static const double WAVELENGTH_TOLERANCE_UM = 1e-4, INCIDENCE_TOLERANCE_DEG = 0.1;
 static const double PLANE_TOLERANCE_DEG = 0.5;

@@ -1,7 +1,6 @@
 /* The fit's inside: what is fitted to what, the model on the device, and one evaluation of the
  * objective with the diffuse part eliminated. */
-#ifndef HETAB_FIT_FIT_INTERNAL_H
-#define HETAB_FIT_FIT_INTERNAL_H
+#pragma once
 
 #include <hetab/fit.h>
 #include <hetab/reflectance.h>
@@ -161,5 +160,3 @@ hetab_status hetab_fit_make_robust(hetab_fit_problem *problem, hetab_fit_state *
 hetab_status hetab_fit_intervals(hetab_fit_problem *problem, const hetab_fit_state *best,
                                  hetab_fit *fit);
 hetab_status hetab_fit_add_notes(const hetab_fit_problem *problem, hetab_fit *fit);
-
-#endif

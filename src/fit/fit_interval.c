@@ -1,7 +1,6 @@
 /* How well the measurements determine the answer: intervals and correlation. */
 #include "core/student.h"
 #include "fit/fit_curvature.h"
-#include "fit/fit_matrix.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,6 +1,5 @@
 /* Small symmetric positive matrices, dense, row by row. */
-#ifndef HETAB_FIT_FIT_MATRIX_H
-#define HETAB_FIT_FIT_MATRIX_H
+#pragma once
 
 #include <stddef.h>
 
@@ -13,5 +12,3 @@ void hetab_matrix_sandwich(size_t n, const double *a, const double *b, double *s
                            double *out);
 /* Takes the direction g out of an inverse: m - m g (m g)' / (g' m g). scratch[n]. */
 void hetab_matrix_project(size_t n, double *m, const double *g, double *scratch);
-
-#endif

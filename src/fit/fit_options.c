@@ -2,7 +2,6 @@
 #include "fit/fit_internal.h"
 
 #include <math.h>
-#include <stdio.h>
 
 #include "surface/index_parts.h"
 

@@ -1,6 +1,5 @@
 /* HDF5 tables for look-ups: (theta_i, theta_r, phi) with a node's channels side by side. */
-#ifndef HETAB_LOOKUP_DENSE_SOURCE_H
-#define HETAB_LOOKUP_DENSE_SOURCE_H
+#pragma once
 
 #include <stdbool.h>
 #include <hetab/table.h>
@@ -31,5 +30,3 @@ const float *hetab_dense_source_nearest(const hetab_dense_source *dense, const f
 
 /* A hetab_lattice_source; user is a hetab_dense_source. */
 void hetab_dense_source_at(const void *user, const hetab_lattice_place *place, float *log2_values);
-
-#endif

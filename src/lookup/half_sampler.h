@@ -5,8 +5,7 @@
  * density is constant in each: the cell's mean of f cos(theta_o) d(wo)/d(h), over all channels.
  * Between two incidences their densities are mixed, and a share is drawn from the cosine, which
  * bounds what a cell may have missed. */
-#ifndef HETAB_LOOKUP_HALF_SAMPLER_H
-#define HETAB_LOOKUP_HALF_SAMPLER_H
+#pragma once
 
 #include <stddef.h>
 
@@ -54,5 +53,3 @@ float hetab_sampler_pdf(const hetab_half_sampler *sampler, const float wi[3], co
 double hetab_sampler_cos_i(size_t incidence);
 void hetab_sampler_between(const float *rows, size_t channels, float cos_i,
                            const hetab_band_places *places, float *value);
-
-#endif

@@ -15,8 +15,7 @@
  *   v = (h / (HETAB_LATTICE_H - 1))^4, c = (d / (HETAB_LATTICE_D - 1))^2,
  *   1 - q = (1 - k / (HETAB_LATTICE_Q - 1))^2
  * Values are log2 f in 16 bits over 46 octaves below the largest one: steps of 4.9e-4. */
-#ifndef HETAB_LOOKUP_LATTICE_H
-#define HETAB_LOOKUP_LATTICE_H
+#pragma once
 
 #include <stddef.h>
 #include <stdint.h>
@@ -68,5 +67,3 @@ void hetab_lattice_eval(const hetab_lattice *lattice, size_t count, const float 
 void hetab_lattice_eval_places(const hetab_lattice *lattice, size_t count, const float *wi,
                                const float *wo, const hetab_band_places *places, size_t width,
                                float *value);
-
-#endif

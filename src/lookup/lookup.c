@@ -209,6 +209,7 @@ static hetab_status read_h5(hetab_context *ctx, hetab_h5_table *h5, const char *
   if (hetab_h5_wavelengths_um(h5))
     HETAB_TRY(copy_wavelengths(ctx, hetab_h5_wavelengths_um(h5), table));
   HETAB_TRY(hetab_specular_of_h5(ctx, h5, path, &table->specular));
+  table->specular_cone = hetab_specular_cone_of_h5(ctx, h5);
   bool nearest = rule == HETAB_LOOKUP_NEAREST;
   HETAB_TRY(hetab_dense_source_load(ctx, h5, path, !nearest, &table->dense));
   if (nearest)

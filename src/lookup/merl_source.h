@@ -1,6 +1,5 @@
 /* MERL tables for look-ups. */
-#ifndef HETAB_LOOKUP_MERL_SOURCE_H
-#define HETAB_LOOKUP_MERL_SOURCE_H
+#pragma once
 
 #include <hetab/merl.h>
 
@@ -27,5 +26,3 @@ void hetab_merl_at(const void *user, const hetab_lattice_place *place, float *lo
 
 /* The cell's own number; 0 where it is below the horizon. */
 void hetab_merl_nearest(const hetab_merl *merl, const float wi[3], const float wo[3], float *value);
-
-#endif

@@ -1,6 +1,5 @@
 /* Cubic interpolation along one axis of a table. */
-#ifndef HETAB_LOOKUP_STENCIL_H
-#define HETAB_LOOKUP_STENCIL_H
+#pragma once
 
 #include <stddef.h>
 
@@ -32,5 +31,3 @@ hetab_stencil hetab_stencil_at(const hetab_stencil_axis *axis, double x);
 
 /* HETAB_LATTICE_ZERO for what is faint enough to be 0 in every table. */
 float hetab_log2_or_zero(double value);
-
-#endif

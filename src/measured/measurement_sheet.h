@@ -1,6 +1,5 @@
 /* What the readers of measurement files share: rows on their way to a hetab_measurements. */
-#ifndef HETAB_MEASURED_MEASUREMENT_SHEET_H
-#define HETAB_MEASURED_MEASUREMENT_SHEET_H
+#pragma once
 
 #include <stdbool.h>
 #include <hetab/measurements.h>
@@ -54,5 +53,3 @@ hetab_status hetab_measurements_read_csv(hetab_sheet *sheet);
 hetab_status hetab_measurements_read_merl(hetab_sheet *sheet);
 hetab_status hetab_measurements_read_rgl(hetab_sheet *sheet);
 hetab_status hetab_measurements_read_h5(hetab_sheet *sheet);
-
-#endif

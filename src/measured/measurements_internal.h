@@ -1,6 +1,5 @@
 /* What measurements are made of, for their readers. */
-#ifndef HETAB_MEASURED_MEASUREMENTS_INTERNAL_H
-#define HETAB_MEASURED_MEASUREMENTS_INTERNAL_H
+#pragma once
 
 #include <hetab/measurements.h>
 
@@ -21,5 +20,3 @@ struct hetab_measurements {
 /* Room for count pairs at these many wavelengths, all zero; HETAB_ERR_MEMORY if it does not fit. */
 hetab_status hetab_measurements_new(hetab_context *ctx, const char *name, size_t wavelengths,
                                     size_t count, hetab_measurements **out);
-
-#endif

@@ -1,6 +1,5 @@
 /* Which reader a file of measurements gets. */
 #include <ctype.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>

@@ -1,7 +1,6 @@
 /* Polynomials of ln h(g, x) over a range of g, for the kernels that read whole rows: the making of
  * what kernels/atlas.h describes and uses. */
-#ifndef HETAB_MODEL_ATLAS_FIT_H
-#define HETAB_MODEL_ATLAS_FIT_H
+#pragma once
 
 #include <stddef.h>
 
@@ -28,5 +27,3 @@ hetab_status hetab_atlas_build(hetab_context *ctx, double g_min, double g_max, d
 /* The coefficients as [segment_count][degree_x][pad_g], for rows of one x; free() *out. */
 hetab_status hetab_atlas_transpose(hetab_context *ctx, const hetab_atlas *atlas, double **out);
 void hetab_atlas_clear(hetab_atlas *atlas);
-
-#endif

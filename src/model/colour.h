@@ -1,6 +1,5 @@
 /* Spectra to linear sRGB: CIE 1931 2-degree observer, D65, 400-700 nm at 10 nm. */
-#ifndef HETAB_MODEL_COLOUR_H
-#define HETAB_MODEL_COLOUR_H
+#pragma once
 
 #include <stddef.h>
 
@@ -23,5 +22,3 @@ hetab_status hetab_srgb_weights(hetab_context *ctx, const double *lambda_um, siz
 
 /* Of linear sRGB; of one wavelength, which is in all three, that. */
 double hetab_luminance(const float rgb[3]);
-
-#endif

@@ -8,8 +8,7 @@
  * Energy of the smooth lobe, integrated by another rule: rho_s above 1e-3 within 0.2 % from 0 to 85
  * degrees for cones of 0.5 and 2 degrees, 1 % at 5, and at 20 where it does not rise by orders
  * within the cone (tests/test_fold.c). */
-#ifndef HETAB_MODEL_FOLD_H
-#define HETAB_MODEL_FOLD_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -36,5 +35,3 @@ double hetab_fold_of_band(const hetab_fold *fold, size_t band, double theta_i, d
 
 /* sin^2(theta_h) of a pair. */
 double hetab_sin2_h(const hetab_pair *pair, double one_plus_cos);
-
-#endif

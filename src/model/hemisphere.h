@@ -14,8 +14,7 @@
  * (hetab_crowd), and the trapezoidal rule again.
  *
  * Every distance is a product: nothing cancels at the mirror point, at the rim or at grazing. */
-#ifndef HETAB_MODEL_HEMISPHERE_H
-#define HETAB_MODEL_HEMISPHERE_H
+#pragma once
 
 #include "model/model.h"
 
@@ -76,5 +75,3 @@ hetab_crowded hetab_crowd(double t);
  * twice that, in case the two agree by luck; less where the difference is so small that both are
  * converging, faster than any power (QUADPACK's exponent and constant). */
 double hetab_rule_error(double difference);
-
-#endif

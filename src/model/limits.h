@@ -1,7 +1,6 @@
 /* What the model is evaluated for: beyond, arithmetic or the literal reference give out. One table
  * for points, tables and reflectances. */
-#ifndef HETAB_MODEL_LIMITS_H
-#define HETAB_MODEL_LIMITS_H
+#pragma once
 
 #include <hetab/types.h>
 #include <hetab/surface.h>
@@ -13,5 +12,3 @@ hetab_status hetab_check_points(hetab_context *ctx, const hetab_point *points, s
 
 /* The same for every wavelength of a surface; the message names the wavelength. */
 hetab_status hetab_check_surface(hetab_context *ctx, const hetab_surface *surface);
-
-#endif

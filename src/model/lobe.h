@@ -2,8 +2,7 @@
  *
  * All live in the plane of incidence's frame: the light at (s, 0, mu), q_r the viewer's lateral
  * direction cosines, d = q_i + q_r the distance from the mirror point. */
-#ifndef HETAB_MODEL_LOBE_H
-#define HETAB_MODEL_LOBE_H
+#pragma once
 
 #include <stddef.h>
 
@@ -45,5 +44,3 @@ double hetab_lobe_density(const hetab_lobe *lobe, const hetab_lobe_pair *pair);
  * the horizon. */
 int hetab_lobe_sample(const hetab_lobe *lobe, const double u[3], hetab_lobe_pair *pair,
                       double d[2]);
-
-#endif

@@ -1,6 +1,5 @@
 /* The lobes of a sampler, and how much of each at each incidence. */
-#ifndef HETAB_MODEL_MIXTURE_H
-#define HETAB_MODEL_MIXTURE_H
+#pragma once
 
 #include "core/context.h"
 #include "model/model.h"
@@ -21,5 +20,3 @@ hetab_status hetab_mixture_build(hetab_context *ctx, const hetab_wave *wave, dou
 
 /* weights[count] at this incidence. */
 void hetab_mixture_at(const hetab_mixture *mixture, double theta_i, double *weights);
-
-#endif

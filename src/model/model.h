@@ -1,7 +1,6 @@
 /* The model on the host, in double, from the physics that the kernels share (kernels/ *.h):
  * what depends on angles alone is computed here once, where float would cancel. */
-#ifndef HETAB_MODEL_MODEL_H
-#define HETAB_MODEL_MODEL_H
+#pragma once
 
 #include <stddef.h>
 
@@ -61,5 +60,3 @@ double hetab_ln_h(double g, double x);
 
 /* The printed equations (src/model/literal.c). */
 hetab_value hetab_literal(const hetab_point *point);
-
-#endif

@@ -1,6 +1,5 @@
 /* Polynomials on [-1, 1] through Chebyshev nodes. */
-#ifndef HETAB_MODEL_POLYNOMIAL_H
-#define HETAB_MODEL_POLYNOMIAL_H
+#pragma once
 
 enum { HETAB_MOST_DEGREE = 32 /* coefficients at most */ };
 
@@ -17,5 +16,3 @@ void hetab_fitter_make(int count, hetab_fitter *fitter);
 void hetab_chebyshev(const hetab_fitter *fitter, const double *values, double *coefficients);
 /* The same polynomial in powers of t, in place. */
 void hetab_to_powers(const hetab_fitter *fitter, double *coefficients);
-
-#endif

@@ -5,8 +5,7 @@
  *
  * Against the literal equations, 400 to 700 nm: 2e-5 in relative L1, 3e-3 of any value above 1e-3
  * / sr (tests/test_rgl.c). Whoever tabulates other materials or wider ranges compares. */
-#ifndef HETAB_MODEL_SPECTRUM_H
-#define HETAB_MODEL_SPECTRUM_H
+#pragma once
 
 #include "core/context.h"
 #include "model/model.h"
@@ -25,5 +24,3 @@ size_t hetab_spectrum_padded(const hetab_spectrum *spectrum);
  * Thread-safe. */
 void hetab_spectrum_eval(const hetab_spectrum *spectrum, const hetab_pair *pair,
                          double one_plus_cos, float *values);
-
-#endif

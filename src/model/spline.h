@@ -1,6 +1,5 @@
 /* Uniform cubic B-splines through values on a fixed set of places. */
-#ifndef HETAB_MODEL_SPLINE_H
-#define HETAB_MODEL_SPLINE_H
+#pragma once
 
 enum {
   HETAB_SPLINE_COUNT = 64, /* coefficients */
@@ -18,5 +17,3 @@ double hetab_spline_place(int i);
 /* Values at the places to coefficients, in place. Value i of a line is at values[i * stride], its
  * neighbour line one further: `lines` of them. */
 void hetab_spline_fit(double *values, int stride, int lines);
-
-#endif

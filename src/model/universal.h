@@ -10,8 +10,7 @@
  * Relative error of h for g from 0 to 1e7: 2e-5 where h > 1e-6 h(g, 0), 2e-4 to 1e-9 h(g, 0),
  * 2e-2 to 1e-14 (tests/test_universal.c, against the series and 40-digit values). Beyond v = 120
  * h is below 1e-17, and r is that of 120. */
-#ifndef HETAB_MODEL_UNIVERSAL_H
-#define HETAB_MODEL_UNIVERSAL_H
+#pragma once
 
 #include "model/spline.h"
 
@@ -42,5 +41,3 @@ double hetab_universal_part(double v);
 double hetab_universal_ln_h(double g, double x);
 /* The same of a copy, which may have been rounded. */
 double hetab_universal_ln_h_of(const hetab_universal *table, double g, double x);
-
-#endif

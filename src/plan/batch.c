@@ -4,10 +4,8 @@
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 #include <time.h>
 
-#include <hetab/output_file.h>
 #include <hetab/tabulate_to.h>
 
 #include "core/angle.h"

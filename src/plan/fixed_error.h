@@ -1,6 +1,5 @@
 /* The error of tables whose shape is no choice: MERL's cells, and the nodes of dense grids. */
-#ifndef HETAB_PLAN_FIXED_ERROR_H
-#define HETAB_PLAN_FIXED_ERROR_H
+#pragma once
 
 #include <stdint.h>
 
@@ -12,5 +11,3 @@
 hetab_status hetab_fixed_error(hetab_context *ctx, const hetab_scene *scene,
                                const hetab_surface *surface, const hetab_plan_item *item,
                                uint64_t seed, double *error);
-
-#endif

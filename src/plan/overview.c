@@ -6,8 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include <hetab/output_file.h>
-
 #include "core/context.h"
 #include "core/html_page.h"
 #include "plan/record.h"

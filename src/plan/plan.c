@@ -6,7 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include <hetab/grid.h>
 #include <hetab/merl.h>
 
 #include "core/angle.h"

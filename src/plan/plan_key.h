@@ -1,6 +1,5 @@
 /* What a plan, or one table of it, was made of. */
-#ifndef HETAB_PLAN_PLAN_KEY_H
-#define HETAB_PLAN_PLAN_KEY_H
+#pragma once
 
 #include <hetab/plan.h>
 
@@ -13,5 +12,3 @@ hetab_status hetab_scene_key(hetab_context *ctx, const hetab_scene *scene, char 
 /* Of the surface's key and what is planned for it. */
 hetab_status hetab_item_key(hetab_context *ctx, const hetab_scene *scene, const hetab_plan *plan,
                             size_t i, char key[HETAB_KEY]);
-
-#endif

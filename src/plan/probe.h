@@ -5,8 +5,7 @@
  * starts at its own share's first chunk, goes round, and reads those that are there already: each
  * chunk is done once, but for those that two do at the same moment; a lost process loses its last
  * chunk. */
-#ifndef HETAB_PLAN_PROBE_H
-#define HETAB_PLAN_PROBE_H
+#pragma once
 
 #include "plan/terms.h"
 #include "rgl/rgl_build.h"
@@ -29,5 +28,3 @@ hetab_status hetab_probe_all(hetab_context *ctx, const hetab_scene *scene, const
                              double share, hetab_plan_item *items, hetab_probe *probes);
 /* Once the plan is written. */
 void hetab_probe_forget(const char *folder);
-
-#endif

@@ -1,6 +1,5 @@
 /* What is written beside a table of a batch: NAME.json. */
-#ifndef HETAB_PLAN_RECORD_H
-#define HETAB_PLAN_RECORD_H
+#pragma once
 
 #include <stdio.h>
 #include <jansson.h>
@@ -36,5 +35,3 @@ hetab_status hetab_folder_text(hetab_context *ctx, hetab_folder_file *file);
 /* Whole or not at all; the file is gone in any case. */
 hetab_status hetab_folder_save(hetab_context *ctx, hetab_folder_file *file, const char *folder,
                                const char *name);
-
-#endif

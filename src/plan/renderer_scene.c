@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include <hetab/output_file.h>
 #include <hetab/shader.h>
 #include <hetab/stand_in.h>
 

@@ -1,6 +1,5 @@
 /* The surfaces of a batch as materials of the renderer's scene. */
-#ifndef HETAB_PLAN_RENDERER_SCENE_H
-#define HETAB_PLAN_RENDERER_SCENE_H
+#pragma once
 
 #include <jansson.h>
 #include <hetab/plan.h>
@@ -10,5 +9,3 @@
 hetab_status hetab_renderer_scene(hetab_context *ctx, const hetab_scene *scene,
                                   const hetab_plan *plan, const json_t *records,
                                   const char *folder);
-
-#endif

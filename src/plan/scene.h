@@ -1,6 +1,5 @@
 /* A scene, as its file has it. */
-#ifndef HETAB_PLAN_SCENE_H
-#define HETAB_PLAN_SCENE_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -41,5 +40,3 @@ static inline hetab_exr_element hetab_wanted_element(double table_error) {
 static inline bool hetab_has_materials(const hetab_scene *scene) {
   return scene->consumer <= HETAB_PBRT;
 }
-
-#endif

@@ -1,7 +1,6 @@
 /* What a surface needs, before the table's error is known: which terms, who carries the delta, and
  * whether a material of the renderer's does. */
-#ifndef HETAB_PLAN_TERMS_H
-#define HETAB_PLAN_TERMS_H
+#pragma once
 
 #include <hetab/plan.h>
 
@@ -23,5 +22,3 @@ hetab_status hetab_plan_count_errors(hetab_context *ctx, const hetab_scene *scen
 /* The surface at `count` of its wavelengths, evenly chosen; hetab_surface_free() it. */
 hetab_status hetab_plan_thinned(hetab_context *ctx, const hetab_surface *surface, size_t count,
                                 hetab_surface **out);
-
-#endif

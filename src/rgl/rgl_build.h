@@ -1,6 +1,5 @@
 /* The making of RGL tables from anything that can be evaluated: the model, or a measured table. */
-#ifndef HETAB_RGL_RGL_BUILD_H
-#define HETAB_RGL_RGL_BUILD_H
+#pragma once
 
 #include <hetab/rgl.h>
 
@@ -65,5 +64,3 @@ hetab_status hetab_rgl_measure(hetab_context *ctx, const hetab_rgl_source *sourc
 hetab_status hetab_rgl_lobe_from_data(hetab_context *ctx, const hetab_rgl_source *source,
                                       double soft, const double *theta_m, size_t count,
                                       double *density);
-
-#endif

@@ -1,5 +1,4 @@
-#ifndef HETAB_RGL_RGL_FILE_H
-#define HETAB_RGL_RGL_FILE_H
+#pragma once
 
 #include "rgl/rgl_build.h"
 
@@ -9,5 +8,3 @@ hetab_status hetab_rgl_bytes(hetab_context *ctx, const hetab_rgl *rgl, size_t *b
 /* The same of a table of the source that is yet to be made. */
 hetab_status hetab_rgl_shape_bytes(hetab_context *ctx, const hetab_rgl_source *source,
                                    const hetab_rgl_shape *shape, size_t *bytes);
-
-#endif

@@ -1,6 +1,5 @@
 /* An RGL table in memory: the arrays of its file, and the running integrals of its densities. */
-#ifndef HETAB_RGL_RGL_INTERNAL_H
-#define HETAB_RGL_RGL_INTERNAL_H
+#pragma once
 
 #include <hetab/rgl.h>
 
@@ -43,5 +42,3 @@ hetab_blend hetab_rgl_blend(const hetab_rgl *rgl, float theta_i, float phi_i);
  * f cos(theta_o). 0 if a direction is not above the horizon. */
 float hetab_rgl_place(const hetab_rgl *rgl, const float wi[3], const float wo[3],
                       hetab_blend *blend, hetab_cell *cell);
-
-#endif

@@ -1,6 +1,5 @@
 /* Look-ups of an RGL table that share their work. */
-#ifndef HETAB_RGL_RGL_LOOK_H
-#define HETAB_RGL_RGL_LOOK_H
+#pragma once
 
 #include <hetab/rgl.h>
 
@@ -10,5 +9,3 @@
  * NULL. */
 void hetab_rgl_look(const hetab_rgl *rgl, const float wi[3], const float wo[3],
                     const hetab_band_places *places, float *value, float *pdf);
-
-#endif

@@ -1,6 +1,5 @@
 /* The model as a source of RGL tables, on the host, on all cores. */
-#ifndef HETAB_RGL_RGL_MODEL_H
-#define HETAB_RGL_RGL_MODEL_H
+#pragma once
 
 #include <hetab/surface.h>
 
@@ -14,5 +13,3 @@ hetab_status hetab_rgl_model_create(hetab_context *ctx, const hetab_surface *sur
                                     const hetab_rgl_options *options, hetab_rgl_model **out);
 void hetab_rgl_model_free(hetab_rgl_model *model); /* NULL is fine */
 const hetab_rgl_source *hetab_rgl_model_source(const hetab_rgl_model *model);
-
-#endif

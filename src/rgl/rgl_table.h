@@ -1,6 +1,5 @@
 /* The making of one RGL table of a given shape. */
-#ifndef HETAB_RGL_RGL_TABLE_H
-#define HETAB_RGL_RGL_TABLE_H
+#pragma once
 
 #include "rgl/rgl_build.h"
 #include "rgl/rgl_internal.h"
@@ -33,5 +32,3 @@ double hetab_rgl_slice_theta(const hetab_rgl *rgl, size_t k);
 /* Where column x of n stands. The last one leads to theta_m = 90 degrees, where nothing is: it
  * stands for what is before. */
 float hetab_rgl_column_place(size_t x, size_t n);
-
-#endif

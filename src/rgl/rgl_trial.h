@@ -1,6 +1,5 @@
 /* Random pairs of directions with the source's values: what tables are judged by. */
-#ifndef HETAB_RGL_RGL_TRIAL_H
-#define HETAB_RGL_RGL_TRIAL_H
+#pragma once
 
 #include <stdint.h>
 
@@ -39,5 +38,3 @@ void hetab_rgl_trial_add(const hetab_rgl_trial *trial, size_t incidence, const h
 /* The errors of the worst incidence. */
 void hetab_rgl_trial_run(const hetab_rgl_trial *trial, const hetab_rgl *rgl,
                          hetab_rgl_report *report);
-
-#endif

@@ -3,8 +3,7 @@
  *   char[12] "tensor_file\0", u8 1, u8 0, u32 number of fields; per field u16 name length, name
  *   without NUL, u16 ndim, u8 dtype, u64 absolute offset, u64 shape[ndim]; then the data in C
  *   order, each array aligned to 8 bytes. */
-#ifndef HETAB_RGL_TENSOR_H
-#define HETAB_RGL_TENSOR_H
+#pragma once
 
 #include <stddef.h>
 #include <stdint.h>
@@ -58,5 +57,3 @@ hetab_status hetab_tensor_save(hetab_context *ctx, const char *path, int overwri
                                const hetab_tensor_field *fields, size_t count);
 /* The size of such a file. */
 size_t hetab_tensor_bytes(const hetab_tensor_field *fields, size_t count);
-
-#endif

@@ -2,8 +2,7 @@
  * that density and back: a marginal over rows, then a conditional along the row, both continuous.
  * A stack of slices belongs to parameter values; between them densities and running integrals are
  * blended. The arithmetic is float, as in the renderers that read these tables. */
-#ifndef HETAB_RGL_WARP_H
-#define HETAB_RGL_WARP_H
+#pragma once
 
 #include <stddef.h>
 
@@ -48,5 +47,3 @@ typedef struct hetab_cell {
 hetab_cell hetab_cell_at(size_t width, size_t height, const float u[2]);
 /* Bilinear, of nodes[height][width]. */
 float hetab_cell_value(const hetab_cell *cell, const float *nodes, size_t width);
-
-#endif

@@ -1,6 +1,5 @@
 /* The statistics of all scans, raw or behind the filter, and their averages. */
-#ifndef HETAB_ROUGHNESS_COMPONENT_H
-#define HETAB_ROUGHNESS_COMPONENT_H
+#pragma once
 
 #include "roughness/scan_list.h"
 
@@ -8,5 +7,3 @@
  * out with none. */
 hetab_status hetab_component_measure(hetab_context *ctx, const hetab_scan_list *list,
                                      double cutoff_um, hetab_component *component);
-
-#endif

@@ -1,6 +1,5 @@
 /* The cut-off with the largest small-scale slope. */
-#ifndef HETAB_ROUGHNESS_CUTOFF_H
-#define HETAB_ROUGHNESS_CUTOFF_H
+#pragma once
 
 #include "roughness/scan_list.h"
 
@@ -9,5 +8,3 @@
 hetab_status hetab_find_cutoff(hetab_context *ctx, const hetab_scan_list *list,
                                const hetab_component *raw, hetab_cutoff_scan *scan,
                                double *cutoff_um);
-
-#endif

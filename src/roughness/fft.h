@@ -1,7 +1,6 @@
 /* The discrete Fourier transform of a power of two, for convolutions: spectra come in bit-reversed
  * order, which costs no permutation. */
-#ifndef HETAB_ROUGHNESS_FFT_H
-#define HETAB_ROUGHNESS_FFT_H
+#pragma once
 
 #include "core/context.h"
 
@@ -22,5 +21,3 @@ void hetab_fft_free(hetab_fft *fft);
 void hetab_fft_forward(const hetab_fft *fft, hetab_complex *data);
 /* The inverse, 1 / size included. */
 void hetab_fft_inverse(const hetab_fft *fft, hetab_complex *data);
-
-#endif

@@ -1,6 +1,5 @@
 /* Heights behind the public handle, and the readers of their formats. */
-#ifndef HETAB_ROUGHNESS_HEIGHTS_H
-#define HETAB_ROUGHNESS_HEIGHTS_H
+#pragma once
 
 #include <stdbool.h>
 #include <hetab/roughness.h>
@@ -53,5 +52,3 @@ hetab_status hetab_scan_zygo(hetab_context *ctx, const char *path, const char *t
 hetab_status hetab_scan_binary(hetab_context *ctx, const char *path, hetab_heights **out);
 hetab_status hetab_scan_x3p(hetab_context *ctx, const char *path,
                             const hetab_heights_options *options, hetab_heights **out);
-
-#endif

@@ -1,5 +1,4 @@
 /* Scans of files: the reader is chosen by the file's first bytes. */
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>

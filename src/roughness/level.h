@@ -1,6 +1,5 @@
 /* Levelling, and leaving outliers out. */
-#ifndef HETAB_ROUGHNESS_LEVEL_H
-#define HETAB_ROUGHNESS_LEVEL_H
+#pragma once
 
 #include <hetab/roughness.h>
 #include "core/context.h"
@@ -13,5 +12,3 @@ typedef struct hetab_levelled {
 hetab_status hetab_level_heights(hetab_context *ctx, const hetab_heights *heights,
                                  const hetab_roughness_options *options, hetab_levelled *out);
 void hetab_levelled_free(hetab_levelled *levelled);
-
-#endif

@@ -1,6 +1,5 @@
 /* The mean lines of one scan, at as many cut-offs as wanted, by the filters of hetab_filter. */
-#ifndef HETAB_ROUGHNESS_LINE_FILTER_H
-#define HETAB_ROUGHNESS_LINE_FILTER_H
+#pragma once
 
 #include <stdbool.h>
 #include <hetab/roughness.h>
@@ -33,5 +32,3 @@ void hetab_line_filter_line(hetab_line_filter *filter, double cutoff_um, double 
  * gaps longer than a tenth of the cut-off. */
 void hetab_evaluated(const double *z_um, size_t count, double spacing_um, double cutoff_um,
                      unsigned char *evaluated);
-
-#endif

@@ -1,6 +1,5 @@
 /* Sentences about the assumptions of the model that a surface does not keep. */
-#ifndef HETAB_ROUGHNESS_NOTES_H
-#define HETAB_ROUGHNESS_NOTES_H
+#pragma once
 
 #include <hetab/roughness.h>
 #include "core/context.h"
@@ -9,5 +8,3 @@
 hetab_status hetab_roughness_notes(hetab_context *ctx, hetab_roughness *roughness,
                                    const hetab_heights *const *heights, size_t inputs,
                                    double wavelength_um);
-
-#endif

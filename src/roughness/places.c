@@ -139,6 +139,8 @@ hetab_status hetab_heights_from_places(hetab_context *ctx, const char *name, con
   const places p = {ctx, name, x_um, z_um, count, rows};
   double step = 0;
   *out = NULL;
+  if (count < 2)
+    return hetab_heights_new(ctx, name, count, rows, out); /* which says what is missing */
   if (!(resample_um > 0) && are_rounded(&p, &step))
     return put_in_order(&p, step, out);
   HETAB_TRY(usual_step(&p, &step));

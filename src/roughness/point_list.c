@@ -1,7 +1,6 @@
 /* Lists of points x, y, z: the grid that they lie on. */
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 #include "roughness/heights.h"
 
 /* The distinct places along one axis: start + step times 0..count-1. */

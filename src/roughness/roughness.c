@@ -3,7 +3,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 #include "roughness/component.h"
 #include "roughness/cutoff.h"
 #include "roughness/notes.h"

@@ -1,5 +1,4 @@
 /* What exports of maps say above their rows. */
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include "roughness/scan_text.h"

@@ -1,6 +1,5 @@
 /* All scans of all inputs, one after the other: rows, and of maps columns too. */
-#ifndef HETAB_ROUGHNESS_SCAN_LIST_H
-#define HETAB_ROUGHNESS_SCAN_LIST_H
+#pragma once
 
 #include <stdbool.h>
 #include "roughness/level.h"
@@ -33,5 +32,3 @@ void hetab_scan_list_get(const hetab_scan_list *list, size_t i, double *z_um);
 /* Name, points, missing and outliers of scan i; the caller frees the name. */
 hetab_status hetab_scan_list_source(hetab_context *ctx, const hetab_scan_list *list, size_t i,
                                     hetab_scan_source *source);
-
-#endif

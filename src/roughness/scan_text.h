@@ -1,6 +1,5 @@
 /* A text of heights while it is read. */
-#ifndef HETAB_ROUGHNESS_SCAN_TEXT_H
-#define HETAB_ROUGHNESS_SCAN_TEXT_H
+#pragma once
 
 #include <hetab/roughness.h>
 #include "core/csv.h"
@@ -33,5 +32,3 @@ size_t scan_find_column(const hetab_csv *csv, const char *name, size_t length);
  * rows of a map lie apart (false: nothing). */
 double scan_height_unit(const text_scan *t);
 bool scan_map_pitch(const text_scan *t, double pitch_um[2]);
-
-#endif

@@ -1,6 +1,5 @@
 /* Filter, statistics and memory for one scan after the other. */
-#ifndef HETAB_ROUGHNESS_SCAN_WORKER_H
-#define HETAB_ROUGHNESS_SCAN_WORKER_H
+#pragma once
 
 #include "roughness/line_filter.h"
 #include "roughness/scan_list.h"
@@ -27,5 +26,3 @@ hetab_status hetab_scan_worker_take(hetab_context *ctx, const hetab_scan_list *l
 /* Its mean line and what is evaluated; cutoff_um 0: no line, and all that is not missing. Returns
  * the line, or NULL. */
 const double *hetab_scan_worker_filter(hetab_scan_worker *worker, double cutoff_um);
-
-#endif

@@ -1,6 +1,5 @@
 /* The statistics of one scan, with their standard errors. */
-#ifndef HETAB_ROUGHNESS_STATISTICS_H
-#define HETAB_ROUGHNESS_STATISTICS_H
+#pragma once
 
 #include <hetab/roughness.h>
 #include <stdbool.h>
@@ -37,5 +36,3 @@ bool hetab_sigma_tau(hetab_statistics *statistics, const double *z_um, const dou
  * counts with the last bins. Returns the distance from the normal distribution, at bin edges. */
 double hetab_histogram_add(const double *z_um, const double *line_um,
                            const unsigned char *evaluated, size_t count, double *density);
-
-#endif

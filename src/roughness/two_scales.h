@@ -1,7 +1,6 @@
 /* Two Gaussian components behind the ISO 16610-21 filter, in closed form, and their fit to what was
  * measured at several cut-offs. */
-#ifndef HETAB_ROUGHNESS_TWO_SCALES_H
-#define HETAB_ROUGHNESS_TWO_SCALES_H
+#pragma once
 
 #include "core/context.h"
 
@@ -19,5 +18,3 @@ void hetab_two_scales_filtered(const hetab_two_scales *scales, double cutoff_um,
 hetab_status hetab_two_scales_fit(hetab_context *ctx, const double *cutoff_um,
                                   const double *sigma_um, const double *tau_um, size_t count,
                                   double longest_um, hetab_two_scales *scales, double *misfit);
-
-#endif

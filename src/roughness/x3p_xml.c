@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <expat.h>
-#include "roughness/heights.h"
 #include "core/number.h"
 
 enum { MAX_DEPTH = 8, MAX_TEXT = 1024 };

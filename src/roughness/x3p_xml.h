@@ -1,6 +1,5 @@
 /* What main.xml of an X3P file says. */
-#ifndef HETAB_ROUGHNESS_X3P_XML_H
-#define HETAB_ROUGHNESS_X3P_XML_H
+#pragma once
 
 #include <stdbool.h>
 #include "core/context.h"
@@ -25,5 +24,3 @@ typedef struct x3p_description {
 /* `path` is for messages. free() description->datum. */
 hetab_status hetab_x3p_parse(hetab_context *ctx, const char *path, const char *xml, size_t length,
                              x3p_description *description);
-
-#endif

@@ -1,6 +1,5 @@
 /* Texts of the model: templates in which @NAME@ stands for a part. */
-#ifndef HETAB_SHADER_SHADER_PARTS_H
-#define HETAB_SHADER_SHADER_PARTS_H
+#pragma once
 
 #include <stdio.h>
 
@@ -31,5 +30,3 @@ typedef struct hetab_colour_node {
   double rgb[3];
 } hetab_colour_node;
 const hetab_colour_node *hetab_colour_nodes(size_t count);
-
-#endif

@@ -1,6 +1,5 @@
 /* The dispersion formulas of the refractiveindex.info database. */
-#ifndef HETAB_SURFACE_FORMULAS_H
-#define HETAB_SURFACE_FORMULAS_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -15,5 +14,3 @@ const char *hetab_formula_counts(int formula);
 /* The index n by formula 1-9 with coefficients c[count]: real, or NaN where the formula gives none.
  */
 double hetab_formula_at(int formula, const double *c, size_t count, double lambda_um);
-
-#endif

@@ -1,6 +1,5 @@
 #include "surface/index_parts.h"
 
-#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,6 +1,5 @@
 /* What a refractive index is made of, for what makes one. */
-#ifndef HETAB_SURFACE_INDEX_PARTS_H
-#define HETAB_SURFACE_INDEX_PARTS_H
+#pragma once
 
 #include <hetab/index.h>
 #include "core/context.h"
@@ -40,5 +39,3 @@ void hetab_curve_set_range(hetab_curve *curve);
 /* The readers behind hetab_index_load: fill in n and k. */
 hetab_status hetab_index_read_yaml(hetab_context *ctx, const char *path, hetab_index *index);
 hetab_status hetab_index_read_csv(hetab_context *ctx, const char *path, hetab_index *index);
-
-#endif

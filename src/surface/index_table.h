@@ -1,6 +1,5 @@
 /* Rows of a table of n and k in a file, in any order, on their way to curves. */
-#ifndef HETAB_SURFACE_INDEX_TABLE_H
-#define HETAB_SURFACE_INDEX_TABLE_H
+#pragma once
 
 #include <stdbool.h>
 #include "surface/index_parts.h"
@@ -20,5 +19,3 @@ hetab_status hetab_rows_sort(hetab_context *ctx, const char *path, hetab_row *ro
  */
 hetab_status hetab_rows_to_curve(hetab_context *ctx, const char *path, const hetab_row *rows,
                                  size_t count, int column, bool is_k, hetab_curve *curve);
-
-#endif

@@ -1,7 +1,6 @@
 /* The refractiveindex.info database's files: DATA is a list of tables (wavelength in um, n and/or
  * k) and formulas; what else the file holds (REFERENCES, CONDITIONS, PROPERTIES, SPECS) is ignored.
  */
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include "surface/formulas.h"

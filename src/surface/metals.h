@@ -1,6 +1,5 @@
 /* The built-in metals' data. */
-#ifndef HETAB_SURFACE_METALS_H
-#define HETAB_SURFACE_METALS_H
+#pragma once
 
 #include <hetab/index.h>
 
@@ -12,5 +11,3 @@ typedef struct hetab_metal {
 
 /* By symbol or name, in any case; NULL if there is none. */
 const hetab_metal *hetab_metal_find(const char *symbol_or_name);
-
-#endif

@@ -1,6 +1,5 @@
 /* The built-in surfaces' parameters. */
-#ifndef HETAB_SURFACE_PRESETS_H
-#define HETAB_SURFACE_PRESETS_H
+#pragma once
 
 #include <hetab/surface.h>
 
@@ -14,5 +13,3 @@ typedef struct hetab_preset {
 
 /* In any case ("bbqal2"); NULL if there is none. */
 const hetab_preset *hetab_preset_find(const char *name);
-
-#endif

@@ -1,6 +1,5 @@
 /* What a surface is made of, for what makes, changes or writes one. */
-#ifndef HETAB_SURFACE_SURFACE_PARTS_H
-#define HETAB_SURFACE_SURFACE_PARTS_H
+#pragma once
 
 #include <stdbool.h>
 #include <hetab/surface.h>
@@ -29,5 +28,3 @@ hetab_status hetab_surface_new(hetab_context *ctx, const char *name, hetab_surfa
  * `count`. The surface is unchanged on failure. */
 hetab_status hetab_surface_sample(hetab_context *ctx, hetab_surface *surface,
                                   const double *lambda_um, size_t count);
-
-#endif

@@ -1,6 +1,5 @@
 /* Surfaces within other YAML files: scenes. */
-#ifndef HETAB_SURFACE_SURFACE_YAML_H
-#define HETAB_SURFACE_SURFACE_YAML_H
+#pragma once
 
 #include <hetab/surface.h>
 
@@ -17,5 +16,3 @@ typedef struct hetab_surface_values {
 
 hetab_status hetab_surface_of_values(hetab_yaml *file, const char *name,
                                      const hetab_surface_values *values, hetab_surface **out);
-
-#endif

@@ -1,6 +1,5 @@
 /* Lists of wavelengths as text. */
-#ifndef HETAB_SURFACE_WAVELENGTHS_H
-#define HETAB_SURFACE_WAVELENGTHS_H
+#pragma once
 
 #include <stdio.h>
 #include <hetab/surface.h>
@@ -20,5 +19,3 @@ hetab_status hetab_wavelengths_write(hetab_context *ctx, FILE *out, const double
 
 /* A YAML list of numbers that read back exactly, in brackets, with a newline at the end. */
 void hetab_numbers_write(FILE *out, const double *values, size_t count);
-
-#endif

@@ -1,7 +1,6 @@
 /* A thin layer over libyaml's document API: typed look-ups whose failures read
  * "FILE:LINE: key KEY: what is wrong: remedy". */
-#ifndef HETAB_SURFACE_YAML_H
-#define HETAB_SURFACE_YAML_H
+#pragma once
 
 #include <stdbool.h>
 #include <yaml.h>
@@ -45,5 +44,3 @@ hetab_status hetab_yaml_bool(hetab_yaml *file, const yaml_node_t *node, const ch
 /* A sequence of numbers; free() *values. */
 hetab_status hetab_yaml_numbers(hetab_yaml *file, const yaml_node_t *sequence, const char *key,
                                 const hetab_rule *rule, double **values, size_t *count);
-
-#endif

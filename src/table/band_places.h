@@ -1,6 +1,5 @@
 /* Wavelengths as places among a table's channels. */
-#ifndef HETAB_TABLE_BAND_PLACES_H
-#define HETAB_TABLE_BAND_PLACES_H
+#pragma once
 
 #include <stddef.h>
 #include <stdint.h>
@@ -21,5 +20,3 @@ void hetab_band_places_of(const double *lambda_um, size_t channels, const float 
 /* A row of all channels at the places; places NULL: copied. */
 void hetab_band_values(const hetab_band_places *places, size_t channels, const float *row,
                        float *value);
-
-#endif

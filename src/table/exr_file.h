@@ -3,8 +3,7 @@
  * Calls in this order: create; add every part and its attributes; begin; write every part, in the
  * order of their numbers; patch; finish. A failure sticks: later calls do nothing, and those that
  * return a status report it. */
-#ifndef HETAB_TABLE_EXR_FILE_H
-#define HETAB_TABLE_EXR_FILE_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/status.h>
@@ -56,5 +55,3 @@ void hetab_exr_file_free(hetab_exr_file *file); /* NULL is fine */
 
 /* Whether a file has so many parts, each with all its rows. Pixels are not decoded. */
 hetab_status hetab_exr_file_check(hetab_context *ctx, const char *path, size_t part_count);
-
-#endif

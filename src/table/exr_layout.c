@@ -14,6 +14,10 @@ bool hetab_exr_by_wavelength(const hetab_exr_layout *w) {
   return w->options.parts == HETAB_EXR_BY_WAVELENGTH;
 }
 
+bool hetab_exr_is_atlas(const hetab_exr_layout *w) {
+  return w->options.parts == HETAB_EXR_ATLAS;
+}
+
 size_t hetab_exr_block(const hetab_exr_layout *w) {
   return w->count[HETAB_THETA_R] * w->count[HETAB_PHI];
 }
@@ -63,7 +67,18 @@ static hetab_status check_options(hetab_context *ctx, const hetab_exr_options *o
     return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
                       "parts by wavelength hold no colour; ask for spectral bands, or for parts by "
                       "theta_i");
+  if (options->parts == HETAB_EXR_ATLAS && options->bands == HETAB_EXR_SPECTRAL)
+    return hetab_fail(ctx, HETAB_ERR_ARGUMENT,
+                      "an atlas holds R, G and B; ask for RGB bands, or for parts by wavelength");
   return HETAB_OK;
+}
+
+/* The number of tiles beside each other that makes an atlas a square, or a little wider. */
+static void lay_tiles(hetab_exr_layout *w) {
+  size_t tiles = hetab_exr_is_atlas(w) ? w->part_count : 1;
+  double square = sqrt((double)(tiles * w->count[HETAB_THETA_R]) / (double)w->count[HETAB_PHI]);
+  w->tiles_across = (size_t)fmin(ceil(square), (double)tiles);
+  w->tiles_down = (tiles + w->tiles_across - 1) / w->tiles_across;
 }
 
 hetab_status hetab_exr_layout_make(hetab_context *ctx, const hetab_surface *surface,
@@ -75,6 +90,7 @@ hetab_status hetab_exr_layout_make(hetab_context *ctx, const hetab_surface *surf
   for (hetab_axis a = 0; a < HETAB_AXIS_COUNT; a++)
     w->count[a] = hetab_grid_count(grid, a);
   w->part_count = hetab_exr_by_wavelength(w) ? w->bands : w->count[HETAB_THETA_I];
+  lay_tiles(w);
   return name_channels(ctx, w, hetab_surface_bands(surface));
 }
 
@@ -143,6 +159,8 @@ static void put_surface(hetab_exr_file *file, const hetab_exr_layout *w,
   hetab_exr_put_text(file, "precision", hetab_precision_name(o->slabs));
   hetab_exr_put_text(file, "device", o->device ? o->device : "");
   hetab_exr_put_double(file, "tolerance", o->tolerance);
+  hetab_exr_put_text(file, "specular_delta",
+                     o->specular_cone > 0.0 ? "folded into the BRDF" : "not in the BRDF");
   if (o->specular_cone > 0.0)
     hetab_exr_put_double(file, "specular_cone_deg", hetab_degrees(o->specular_cone));
   for (int i = 0; i < ERRORS; i++)
@@ -171,9 +189,9 @@ static void put_colour(hetab_exr_file *file, const hetab_exr_layout *w) {
 
 hetab_exr_part hetab_exr_table_part(const hetab_exr_layout *w, size_t i, const char *title) {
   int one = hetab_exr_by_wavelength(w);
-  size_t rows = w->count[HETAB_THETA_R] * (one ? w->count[HETAB_THETA_I] : 1);
+  size_t rows = w->count[HETAB_THETA_R] * (one ? w->count[HETAB_THETA_I] : w->tiles_down);
   return (hetab_exr_part){.name = title,
-                          .width = (int)w->count[HETAB_PHI],
+                          .width = (int)(w->tiles_across * w->count[HETAB_PHI]),
                           .height = (int)rows,
                           .channels = one ? w->channels + i : w->channels,
                           .channel_count = one ? 1 : (int)w->channel_count,
@@ -199,18 +217,23 @@ static double *part_values(hetab_context *ctx, const hetab_exr_layout *w,
   return values;
 }
 
+#define BRDF "BRDF, directional-diffuse plus uniform-diffuse, no cosine factor; "
+
 static void put_table_part(hetab_exr_file *file, const hetab_exr_layout *w,
                            const hetab_exr_part *part, double value) {
+  static const struct {
+    const char *number, *quantity;
+  } layouts[] = {
+      [HETAB_EXR_BY_THETA_I] = {"part_theta_i_deg", BRDF "row: theta_r, column: phi"},
+      [HETAB_EXR_BY_WAVELENGTH] = {"part_wavelength_nm",
+                                   BRDF "row: theta_i * count of theta_r + theta_r, column: phi"},
+      [HETAB_EXR_ATLAS] = {"tiles_across",
+                           BRDF "a tile for each theta_i, row by row from the top left, "
+                                "tiles_across in a row; in a tile row: theta_r, column: phi"}};
   hetab_exr_file_part(file, part, part->width, part->height);
-  hetab_exr_put_double(file, hetab_exr_by_wavelength(w) ? "part_wavelength_nm" : "part_theta_i_deg",
-                       value);
+  hetab_exr_put_double(file, layouts[w->options.parts].number, value);
   hetab_exr_put_text(file, "units", "1/sr");
-  hetab_exr_put_text(file, "quantity",
-                     hetab_exr_by_wavelength(w)
-                         ? "BRDF, directional-diffuse plus uniform-diffuse, no cosine factor; row: "
-                           "theta_i * count of theta_r + theta_r, column: phi"
-                         : "BRDF, directional-diffuse plus uniform-diffuse, no cosine factor; row: "
-                           "theta_r, column: phi");
+  hetab_exr_put_text(file, "quantity", layouts[w->options.parts].quantity);
 }
 
 static void put_specular_part(hetab_exr_file *file, const hetab_exr_layout *w) {
@@ -226,18 +249,19 @@ hetab_status hetab_exr_put_header(hetab_context *ctx, hetab_exr_file *file,
                                   const hetab_grid *grid) {
   hetab_status status = HETAB_ERR_MEMORY;
   axis_values axes = {0};
+  size_t parts = hetab_exr_is_atlas(w) ? 1 : w->part_count + 1;
   double *values = part_values(ctx, w, surface, grid);
   if (!values)
     goto done;
   HETAB_GOTO(make_axes(ctx, surface, grid, &axes));
-  for (size_t i = 0; i <= w->part_count; i++) {
+  for (size_t i = 0; i < parts; i++) {
     char title[HETAB_EXR_NAME];
     hetab_exr_part_name(hetab_exr_by_wavelength(w) ? "wavelength_" : "theta_i_",
                         hetab_exr_by_wavelength(w) ? "nm" : "deg", values, w->part_count,
                         i < w->part_count ? i : 0, title);
-    hetab_exr_part part = hetab_exr_table_part(w, i, title);
+    hetab_exr_part part = hetab_exr_table_part(w, i, hetab_exr_is_atlas(w) ? "atlas" : title);
     if (i < w->part_count)
-      put_table_part(file, w, &part, values[i]);
+      put_table_part(file, w, &part, hetab_exr_is_atlas(w) ? (double)w->tiles_across : values[i]);
     else
       put_specular_part(file, w);
     put_colour(file, w);
@@ -246,7 +270,7 @@ hetab_status hetab_exr_put_header(hetab_context *ctx, hetab_exr_file *file,
     put_surface(file, w, surface);
     put_axes(file, w, &axes);
   }
-  status = hetab_exr_file_begin(ctx, file);
+  status = HETAB_OK;
 done:
   free(values);
   free_axes(&axes);

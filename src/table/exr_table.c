@@ -2,15 +2,15 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdint.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "model/colour.h"
 #include "core/option_size.h"
 #include "table/exr_layout.h"
 #include "table/table_writer.h"
 
-enum { RGB = 3, MOST_PARTS = 4096, MOST_SIDE = 1 << 20 };
+enum { RGB = 3, MOST_PARTS = 4096, MOST_SIDE = 1 << 20, MOST_TEXTURE = 16384 };
 
 static const double MOST_BYTES = 4.0 * (1u << 30);
 static const double MOST_HALF = 65504;
@@ -36,12 +36,21 @@ typedef struct exr_writer {
   held *parts;            /* [part_count] */
   size_t next_part;
   double held_bytes;
-  float *rho; /* [channel][theta_i], once it is known */
+  float *rho;   /* [channel][theta_i], once it is known */
+  float *atlas; /* [RGB][height][width] */
 } exr_writer;
 
 static double part_bytes(const exr_writer *w) {
   size_t size = w->layout.options.bands == HETAB_EXR_RGB ? sizeof(exact_sum) : sizeof(float);
   return (double)hetab_exr_numbers(&w->layout) * (double)size;
+}
+
+/* 0, but of an atlas. */
+static size_t atlas_numbers(const exr_writer *w) {
+  const hetab_exr_layout *layout = &w->layout;
+  return hetab_exr_is_atlas(layout)
+             ? layout->tiles_across * layout->tiles_down * hetab_exr_numbers(layout)
+             : 0;
 }
 
 /* ---- limits -------------------------------------------------------------------------------- */
@@ -53,7 +62,18 @@ static hetab_status fail_memory(hetab_context *ctx, double bytes) {
                     bytes / (1u << 30), MOST_BYTES / (1u << 30));
 }
 
-static hetab_status check_size(hetab_context *ctx, const exr_writer *w) {
+static hetab_status check_atlas(hetab_context *ctx, const exr_writer *w) {
+  size_t width = w->layout.tiles_across * w->layout.count[HETAB_PHI],
+         height = w->layout.tiles_down * w->layout.count[HETAB_THETA_R];
+  if (width <= MOST_TEXTURE && height <= MOST_TEXTURE)
+    return HETAB_OK;
+  return hetab_fail(ctx, HETAB_ERR_RANGE,
+                    "an OpenEXR atlas of %zu x %zu pixels is more than textures hold, %d a side; "
+                    "choose fewer angles, or parts by theta_i",
+                    width, height, MOST_TEXTURE);
+}
+
+static hetab_status check_parts(hetab_context *ctx, const exr_writer *w) {
   size_t height = w->layout.count[HETAB_THETA_R] *
                   (hetab_exr_by_wavelength(&w->layout) ? w->layout.count[HETAB_THETA_I] : 1);
   if (w->layout.part_count > MOST_PARTS)
@@ -67,8 +87,14 @@ static hetab_status check_size(hetab_context *ctx, const exr_writer *w) {
                       "a part of the OpenEXR table would have %zu rows, more than %d; choose fewer "
                       "angles, or parts by theta_i",
                       height, MOST_SIDE);
+  return HETAB_OK;
+}
+
+static hetab_status check_size(hetab_context *ctx, const exr_writer *w) {
+  HETAB_TRY(hetab_exr_is_atlas(&w->layout) ? check_atlas(ctx, w) : check_parts(ctx, w));
   double bytes =
-      part_bytes(w) * (hetab_exr_by_wavelength(&w->layout) ? (double)w->layout.part_count : 1);
+      part_bytes(w) * (hetab_exr_by_wavelength(&w->layout) ? (double)w->layout.part_count : 1) +
+      (double)(atlas_numbers(w) * sizeof *w->atlas);
   return bytes > MOST_BYTES ? fail_memory(ctx, bytes) : HETAB_OK;
 }
 
@@ -150,6 +176,25 @@ static hetab_status write_planes(hetab_context *ctx, exr_writer *w, size_t numbe
   return status;
 }
 
+/* One theta_i's pixels into the atlas. */
+static hetab_status place_tile(hetab_context *ctx, exr_writer *w, size_t tile, float *values) {
+  const hetab_exr_layout *layout = &w->layout;
+  size_t width = layout->count[HETAB_PHI], height = layout->count[HETAB_THETA_R],
+         column = tile % layout->tiles_across, row = tile / layout->tiles_across;
+  saturate(w, values, hetab_exr_numbers(layout));
+  if (w->base.saturated)
+    return hetab_fail(ctx, HETAB_ERR_RANGE,
+                      "'%s': values above %g are more than half floats hold; take floats "
+                      "(--exr-type float)",
+                      hetab_atomic_path(w->base.file), MOST_HALF);
+  for (size_t i = 0; i < RGB * height; i++) {
+    size_t y = (i / height * layout->tiles_down + row) * height + i % height;
+    memcpy(w->atlas + (y * layout->tiles_across + column) * width, values + i * width,
+           width * sizeof *values);
+  }
+  return HETAB_OK;
+}
+
 static hetab_status write_part(hetab_context *ctx, exr_writer *w, size_t number) {
   held *held = &w->parts[number];
   hetab_exr_part part = hetab_exr_table_part(&w->layout, number, "");
@@ -158,7 +203,8 @@ static hetab_status write_part(hetab_context *ctx, exr_writer *w, size_t number)
     return HETAB_ERR_MEMORY;
   for (size_t i = 0; held->sums && i < hetab_exr_numbers(&w->layout); i++)
     held->values[i] = (float)(held->sums[i].high + held->sums[i].low);
-  hetab_status status = write_planes(ctx, w, number, &part, held->values);
+  hetab_status status = w->atlas ? place_tile(ctx, w, number, held->values)
+                                 : write_planes(ctx, w, number, &part, held->values);
   close_part(w, held);
   return status;
 }
@@ -210,8 +256,24 @@ static hetab_status write_report(hetab_context *ctx, hetab_table_writer *writer,
   return HETAB_OK;
 }
 
+/* The delta's reflectance is in the header, which has waited for it. */
+static hetab_status write_atlas(hetab_context *ctx, exr_writer *w) {
+  static const char *const names[RGB] = {"specular_reflectance_R", "specular_reflectance_G",
+                                         "specular_reflectance_B"};
+  hetab_exr_part whole = hetab_exr_table_part(&w->layout, 0, "");
+  size_t angles = w->layout.count[HETAB_THETA_I];
+  for (size_t c = 0; c < RGB; c++)
+    hetab_exr_put_vector(w->file, names[c], w->rho + c * angles, angles);
+  HETAB_TRY(hetab_exr_file_begin(ctx, w->file));
+  return write_planes(ctx, w, 0, &whole, w->atlas);
+}
+
 static hetab_status finish(hetab_context *ctx, hetab_table_writer *writer) {
   exr_writer *w = (exr_writer *)writer;
+  if (w->atlas) {
+    HETAB_TRY(write_atlas(ctx, w));
+    return hetab_exr_file_finish(ctx, w->file);
+  }
   hetab_exr_part part = hetab_exr_specular_part(&w->layout);
   HETAB_TRY(write_planes(ctx, w, w->layout.part_count, &part, w->rho));
   return hetab_exr_file_finish(ctx, w->file);
@@ -226,6 +288,7 @@ static void clear(hetab_table_writer *writer) {
   free(w->parts);
   free(w->weights);
   free(w->rho);
+  free(w->atlas);
 }
 
 /* ---- creation ------------------------------------------------------------------------------ */
@@ -250,7 +313,10 @@ static hetab_status make_parts(hetab_context *ctx, exr_writer *w, const hetab_su
   if (layout->options.bands == HETAB_EXR_RGB)
     HETAB_TRY(weigh(ctx, w, hetab_surface_bands(surface)));
   w->parts = hetab_alloc(ctx, layout->part_count, sizeof *w->parts);
-  if (!w->parts)
+  if (hetab_exr_is_atlas(layout))
+    w->atlas = hetab_alloc(ctx, atlas_numbers(w), sizeof *w->atlas);
+  w->held_bytes = (double)(atlas_numbers(w) * sizeof *w->atlas);
+  if (!w->parts || (hetab_exr_is_atlas(layout) && !w->atlas))
     return HETAB_ERR_MEMORY;
   for (size_t i = 0; i < layout->part_count; i++)
     w->parts[i].rows_left =
@@ -274,6 +340,8 @@ hetab_status hetab_exr_create(hetab_context *ctx, const char *path, const hetab_
   HETAB_GOTO(hetab_table_begin(ctx, &w->base, &class, path, own.overwrite, w->layout.bands, grid));
   HETAB_GOTO(hetab_exr_file_create(ctx, w->base.file, &w->file));
   HETAB_GOTO(hetab_exr_put_header(ctx, w->file, &w->layout, surface, grid));
+  if (!w->atlas)
+    HETAB_GOTO(hetab_exr_file_begin(ctx, w->file));
   *out = &w->base;
   return HETAB_OK;
 done:

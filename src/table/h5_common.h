@@ -1,6 +1,5 @@
 /* What the HDF5 writer and reader share: files on open descriptors, and errors. */
-#ifndef HETAB_TABLE_H5_COMMON_H
-#define HETAB_TABLE_H5_COMMON_H
+#pragma once
 
 #include <hdf5.h>
 #include <hetab/status.h>
@@ -43,5 +42,3 @@ typedef struct hetab_h5_errors {
 
 void hetab_h5_errors_begin(hetab_h5_errors *errors);
 void hetab_h5_errors_end(const hetab_h5_errors *errors);
-
-#endif

@@ -1,6 +1,5 @@
 /* A copy of an HDF5 table with other values of /brdf; all else is taken over byte by byte. */
-#ifndef HETAB_TABLE_H5_COPY_H
-#define HETAB_TABLE_H5_COPY_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/status.h>
@@ -17,5 +16,3 @@ hetab_status hetab_h5_copy_write(hetab_context *ctx, hetab_h5_copy *copy, size_t
 hetab_status hetab_h5_copy_commit(hetab_context *ctx, hetab_h5_copy *copy);
 /* Drops it; NULL is fine. */
 void hetab_h5_copy_abort(hetab_h5_copy *copy);
-
-#endif

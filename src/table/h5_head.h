@@ -1,6 +1,5 @@
 /* HDF5 tables of any source, a surface or another table. */
-#ifndef HETAB_TABLE_H5_HEAD_H
-#define HETAB_TABLE_H5_HEAD_H
+#pragma once
 
 #include <hetab/table.h>
 
@@ -14,11 +13,10 @@ typedef struct hetab_h5_head {
   size_t channels;         /* the leading axis */
   const double *lambda_um; /* [channels]; NULL: three channels of linear sRGB, the axis `channel` */
   const hetab_band *bands; /* [channels] */
+  double specular_cone;    /* > 0: the delta is in the table, as a lobe that wide (radians) */
 } hetab_h5_head;
 
 /* As hetab_h5_create(). */
 hetab_status hetab_h5_create_from(hetab_context *ctx, const char *path, const hetab_h5_head *head,
                                   const hetab_grid *grid, const hetab_h5_options *options,
                                   hetab_table_writer **out);
-
-#endif

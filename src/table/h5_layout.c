@@ -4,7 +4,9 @@
 #include <stdlib.h>
 #include <hdf5_hl.h>
 
+#include "core/angle.h"
 #include "core/context.h"
+#include "table/specular.h"
 
 /* Bytes of a chunk: enough to be read at a disk's speed, few enough for one lookup's sake. */
 enum { CHUNK_LEAST = 32 << 10, CHUNK_MOST = 1 << 20, COMPRESSING_CACHE = 8 << 20 };
@@ -46,7 +48,9 @@ static herr_t put_head(hid_t root, const hetab_h5_head *head) {
       (isfinite(head->sigma0_um) && hetab_h5_put_number(root, "sigma0_um", head->sigma0_um) < 0) ||
       (isfinite(head->tau_um) && hetab_h5_put_number(root, "tau_um", head->tau_um) < 0) ||
       (head->index_source && hetab_h5_put_text(root, "index_source", head->index_source) < 0) ||
-      (head->source && hetab_h5_put_text(root, "source", head->source) < 0))
+      (head->source && hetab_h5_put_text(root, "source", head->source) < 0) ||
+      (head->specular_cone > 0.0 &&
+       hetab_h5_put_number(root, HETAB_H5_CONE, hetab_degrees(head->specular_cone)) < 0))
     return -1;
   return hetab_h5_put_text(root, "hetab_version", hetab_version());
 }
@@ -174,7 +178,8 @@ static hid_t put_brdf(hid_t file, const hsize_t dims[RANK], const hid_t scales[R
   if (brdf >= 0 &&
       put_words(brdf, "1/sr",
                 "BRDF, directional-diffuse plus uniform-diffuse; no cosine factor; the specular "
-                "delta is apart, in specular_reflectance") >= 0 &&
+                "delta is apart, in specular_reflectance, unless " HETAB_H5_CONE
+                " says how wide a lobe here it is") >= 0 &&
       attach(brdf, RANK, scales) >= 0)
     return brdf;
   H5Dclose(brdf);

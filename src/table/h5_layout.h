@@ -1,7 +1,6 @@
 /* The structure of our HDF5 tables: groups of attributes, axes, datasets. Functions that return a
  * herr_t are negative on failure. */
-#ifndef HETAB_TABLE_H5_LAYOUT_H
-#define HETAB_TABLE_H5_LAYOUT_H
+#pragma once
 
 #include "table/h5_common.h"
 #include "table/h5_head.h"
@@ -21,5 +20,3 @@ typedef struct hetab_h5_layout {
 hetab_status hetab_h5_lay_out(hetab_context *ctx, hid_t file, const hetab_h5_head *head,
                               const hetab_grid *grid, const hetab_h5_options *options,
                               hetab_h5_layout *out, herr_t *result);
-
-#endif

@@ -1,6 +1,5 @@
 /* Rows of theta_i of a table, of all wavelengths at once. */
-#ifndef HETAB_TABLE_H5_ROWS_H
-#define HETAB_TABLE_H5_ROWS_H
+#pragma once
 
 #include <hetab/table.h>
 
@@ -9,5 +8,3 @@ size_t hetab_h5_row_step(const hetab_h5_table *table);
 /* values[wavelength][count][theta_r][phi], from theta_i `first` on. */
 hetab_status hetab_h5_read_rows(hetab_context *ctx, hetab_h5_table *table, size_t first,
                                 size_t count, float *values);
-
-#endif

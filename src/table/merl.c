@@ -1,6 +1,5 @@
 #include <hetab/merl.h>
 
-#include <errno.h>
 #include <fcntl.h>
 #include <math.h>
 #include <stdbool.h>

@@ -1,6 +1,5 @@
 /* The frame of MERL tables: half and difference angles, and the cells over them. */
-#ifndef HETAB_TABLE_MERL_FRAME_H
-#define HETAB_TABLE_MERL_FRAME_H
+#pragma once
 
 #include <hetab/merl.h>
 
@@ -38,5 +37,3 @@ hetab_half_diff hetab_merl_middle(size_t cell);
  * return value says whether every channel had a number. */
 void hetab_merl_read_truncated(const hetab_merl *merl, hetab_merl_place place, double rgb[3]);
 int hetab_merl_read_interpolated(const hetab_merl *merl, hetab_merl_place place, double rgb[3]);
-
-#endif

@@ -7,6 +7,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "core/angle.h"
 #include "core/csv.h"
 #include "core/input_file.h"
 #include "model/colour.h"
@@ -59,6 +60,12 @@ hetab_status hetab_specular_of_h5(hetab_context *ctx, hetab_h5_table *table, con
   }
   free(rho);
   return status;
+}
+
+double hetab_specular_cone_of_h5(hetab_context *ctx, hetab_h5_table *table) {
+  double deg = 0.0;
+  bool folded = hetab_h5_number(ctx, table, HETAB_H5_CONE, &deg) == HETAB_OK;
+  return folded && deg > 0.0 && deg <= 90.0 ? hetab_radians(deg) : 0.0;
 }
 
 /* ---- CSV ----------------------------------------------------------------------------------- */

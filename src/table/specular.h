@@ -1,7 +1,6 @@
 /* The specular delta beside the tables: rho_s over the incidence in a table's channels, at an
  * angle, and as the file NAME.specular.csv. */
-#ifndef HETAB_TABLE_SPECULAR_H
-#define HETAB_TABLE_SPECULAR_H
+#pragma once
 
 #include <stdbool.h>
 #include <hetab/table.h>
@@ -15,6 +14,10 @@ typedef struct hetab_specular_table {
   float *rho;             /* [count][channels] */
 } hetab_specular_table;
 
+/* Attribute of HDF5 tables that hold the delta as a lobe: its width in degrees. */
+#define HETAB_H5_CONE "specular_cone_deg"
+/* That, in radians; 0 where there is none. */
+double hetab_specular_cone_of_h5(hetab_context *ctx, hetab_h5_table *table);
 /* /specular_reflectance of a table of ours. */
 hetab_status hetab_specular_of_h5(hetab_context *ctx, hetab_h5_table *table, const char *path,
                                   hetab_specular_table *specular);
@@ -36,5 +39,3 @@ void hetab_specular_clear(hetab_specular_table *specular);
  * ends. places: NULL: all channels. */
 void hetab_specular_at(const hetab_specular_table *specular, float cos_i,
                        const hetab_band_places *places, float *value);
-
-#endif

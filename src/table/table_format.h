@@ -1,6 +1,5 @@
 /* The formats of tables: their names, endings and first bytes. */
-#ifndef HETAB_TABLE_TABLE_FORMAT_H
-#define HETAB_TABLE_TABLE_FORMAT_H
+#pragma once
 
 #include <stdbool.h>
 #include <hetab/types.h>
@@ -16,5 +15,3 @@ bool hetab_format_by_start(const unsigned char start[HETAB_FORMAT_START], hetab_
 /* Of a file that can be read as a table (an OpenEXR file is none). HETAB_ERR_PARSE, naming the
  * formats, if it is none of them. */
 hetab_status hetab_format_of(hetab_context *ctx, const char *path, hetab_format *out);
-
-#endif

@@ -1,7 +1,6 @@
 /* What all writers of dense tables do alike: rows that are counted, and a file that appears whole
  * or not at all. A format is a class of five functions over a structure that begins with this. */
-#ifndef HETAB_TABLE_TABLE_WRITER_H
-#define HETAB_TABLE_TABLE_WRITER_H
+#pragma once
 
 #include <stdbool.h>
 #include <hetab/table.h>
@@ -32,5 +31,3 @@ struct hetab_table_writer {
 hetab_status hetab_table_begin(hetab_context *ctx, hetab_table_writer *writer,
                                const hetab_table_class *class, const char *path, int overwrite,
                                size_t channels, const hetab_grid *grid);
-
-#endif

@@ -1,7 +1,6 @@
 /* A page to draw on: filled shapes, lines of any width and text, antialiased. x to the right, y
  * downwards, pixel centres at halves; colours are sRGB values in [0, 1]. */
-#ifndef HETAB_VIEW_CANVAS_H
-#define HETAB_VIEW_CANVAS_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/status.h>
@@ -43,5 +42,3 @@ void hetab_canvas_decade(hetab_canvas *canvas, double x, double y, double size, 
 
 /* The strokes of a character, or NULL: see font.c. */
 const char *hetab_glyph(unsigned character);
-
-#endif

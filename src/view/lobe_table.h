@@ -1,8 +1,7 @@
 /* A BRDF on rays about the mirror point, at some angles of one direction: what maps and the sphere
  * interpolate. In the plane of lateral direction cosines a lobe is centred at the mirror point and
  * nearly round whatever the angle, so that thin ones survive interpolation. */
-#ifndef HETAB_VIEW_LOBE_TABLE_H
-#define HETAB_VIEW_LOBE_TABLE_H
+#pragma once
 
 #include "view/view_source.h"
 
@@ -38,5 +37,3 @@ double hetab_lobe_reach(double theta, double cos_psi);
 /* Where node t in [0, 1] of a ray lies, over its length; and its derivative. */
 double hetab_lobe_place(double t);
 double hetab_lobe_place_slope(double t);
-
-#endif

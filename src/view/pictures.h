@@ -1,6 +1,5 @@
 /* The pictures of a view as linear data: what <hetab/view.h> says of them. */
-#ifndef HETAB_VIEW_PICTURES_H
-#define HETAB_VIEW_PICTURES_H
+#pragma once
 
 #include <hetab/view.h>
 
@@ -22,5 +21,3 @@ hetab_status hetab_view_make_map(hetab_context *ctx, const hetab_view_source *so
 /* rgb[side][side]. */
 hetab_status hetab_view_make_sphere(hetab_context *ctx, const hetab_view_source *source,
                                     size_t side, float (*rgb)[3]);
-
-#endif

@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include <hetab/evaluate.h>
-#include <hetab/tabulate.h>
 
 #include "core/context.h"
 #include "model/colour.h"

@@ -1,7 +1,6 @@
 #include "view/view_parts.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,7 +1,5 @@
 /* A view as a PNG page or as OpenEXR data. */
 #include <math.h>
-#include <stdint.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <png.h>
 

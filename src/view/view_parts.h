@@ -1,6 +1,5 @@
 /* A view's data, and what draws them. */
-#ifndef HETAB_VIEW_VIEW_PARTS_H
-#define HETAB_VIEW_VIEW_PARTS_H
+#pragma once
 
 #include <hetab/view.h>
 
@@ -26,5 +25,3 @@ size_t hetab_page_map_side(const hetab_view *view);
 size_t hetab_page_sphere_side(const hetab_view *view);
 
 hetab_status hetab_page_draw(hetab_context *ctx, const hetab_view *view, hetab_canvas *page);
-
-#endif

@@ -1,6 +1,5 @@
 /* Where a view's numbers come from: the model, or a table. */
-#ifndef HETAB_VIEW_VIEW_SOURCE_H
-#define HETAB_VIEW_VIEW_SOURCE_H
+#pragma once
 
 #include <stddef.h>
 #include <hetab/engine.h>
@@ -39,4 +38,3 @@ void hetab_view_source_clear(hetab_view_source *source);
 
 /* The sum of weights of channels[channels], or they themselves. */
 void hetab_view_colour(const hetab_view_source *source, const double *channels, float rgb[3]);
-#endif

@@ -10,7 +10,6 @@ import json
 import math
 import os
 import re
-import shutil
 import subprocess
 import sys
 
@@ -18,19 +17,13 @@ import numpy
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../src/python"))
 import hetab
+from browser import chromium, present
 
 HETAB, FOLDER = sys.argv[1:3]
 SURFACES = ((0.72, 5.6), (0.54, 6.5), (0.42, 1.9), (0.17, 5.0), (0.05, 60.0), (0.02, 3.0),
             (5.0, 20.0), (1.0, 1.0), (0.02, 0.2))
 N, K, UM, PAIRS = 1.44, 0.6, 0.55, 450
 BOUNDS = {"f": 5e-5, "rho_s": 5e-5, "rho_dd": 0.01, "bytes": 150_000}
-CHROMIUM = ["chromium", "--headless", "--no-sandbox", "--use-angle=swiftshader",
-            "--enable-unsafe-swiftshader", "--hide-scrollbars"]
-
-
-def chromium(*arguments):
-    return subprocess.run(CHROMIUM + list(arguments), check=True, timeout=300, text=True,
-                          stdout=subprocess.PIPE, stderr=subprocess.DEVNULL).stdout
 
 
 def cases():
@@ -96,7 +89,7 @@ def screenshots(page, folder):
 
 
 def main():
-    if not shutil.which("chromium"):
+    if not present():
         print("skip: the explorer's test needs Debian's chromium")
         return
     page, missed = os.path.join(FOLDER, "explorer.html"), []

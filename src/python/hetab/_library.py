@@ -29,7 +29,7 @@ def declarations(header, seen):
     text = header.read_text()
     inner = "".join(declarations(header.with_name(name), seen)
                     for name in re.findall(r"#include <hetab/(\w+\.h)>", text))
-    text = re.sub(r"#ifdef __cplusplus\n.*?#endif", "", text, flags=re.S)
+    text = re.sub(r"^HETAB_(?:BEGIN|END)$", "", text, flags=re.M)
     return inner + re.sub(r"^[ \t]*#(?:.*\\\n)*.*$", "", text, flags=re.M)
 
 

@@ -106,14 +106,17 @@ def tabulate(surface: Surface, theta_i_deg: str | ArrayLike | None = None,
 
 
 def tabulate_to(surface: Surface, *paths: str | os.PathLike, overwrite: bool = False,
-                precision: str = "float", device: str | None = None,
+                precision: str = "float", device: str | None = None, exr: dict | None = None,
                 progress: Progress | None = None) -> None:
     """The surface as files, whose endings choose the format: .h5, .exr, .binary (MERL), .bsdf (RGL),
-    as `hetab tabulate` writes them. All appear together, whole, or not at all."""
+    as `hetab tabulate` writes them. All appear together, whole, or not at all. exr: options of
+    hetab/exr.h, as {"parts": "atlas", "element": "half"}."""
+    of_exr = options("hetab_exr_options", **(exr or {}))
     names = [ffi.new("char[]", os.fsencode(path)) for path in paths]
     call(lib.hetab_tabulate_to, engine(precision, device=device), surface._handle,
          ffi.new("char *[]", names), len(names),
-         options("hetab_tabulate_to_options", overwrite=overwrite), NULL, progress=progress)
+         options("hetab_tabulate_to_options", overwrite=overwrite, exr=of_exr), NULL,
+         progress=progress)
 
 
 def specular_reflectance(surface: Surface, theta_i: ArrayLike) -> NDArray:
