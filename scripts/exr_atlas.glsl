@@ -4,7 +4,7 @@
 // Trilinear between the nodes of theta_i, theta_r and phi, beyond the first and the last their values.
 // By hand, of texels: a texture's own filter would mix tiles, and has weights of 8 bits. Within 5e-5 of
 // the same sum in double, relative to the largest of the 8 values (tests/renderers/atlas.py); what
-// that is of the model, `hetab tabulate` says: readers that interpolate linearly. Half adds 0.05 %.
+// that is of the model, `hetab tabulate` says: readers that interpolate linearly. Half adds 0.05 %, or 3e-8.
 // The delta is not in it: its weights by theta_i are the attributes specular_reflectance_R, _G, _B.
 uniform sampler2D atlas;       // RGB16F or RGB32F; the file's first row is row 0 (no flip)
 uniform ivec4 atlas_count;     // of theta_i_deg, theta_r_deg, phi_deg; and tiles_across

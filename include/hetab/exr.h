@@ -9,7 +9,7 @@
  *     theta_i * theta_r's count + index of theta_r, column = index of phi; one channel.
  *   last part of both, "specular_reflectance": one row, column = index of theta_i, the same
  *     channels (all wavelengths' where the parts are by wavelength): rho_s, the delta's weight.
- *   atlas: one part for readers that know one (OpenImageIO and OpenCV among them), channels R G B:
+ *   atlas: one part, for textures and readers that see the first alone (OpenCV); channels R G B:
  *     the parts by theta_i as tiles side by side, that of index i in column i mod tiles_across
  *     (double) and row i / tiles_across of tiles, from the top left; nearly a square, what is left
  *     over 0. rho_s by theta_i: specular_reflectance_R, _G, _B (floatvector).

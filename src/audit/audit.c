@@ -30,8 +30,7 @@ hetab_status hetab_audit_options_take(hetab_context *ctx, const hetab_audit_opti
 hetab_status hetab_audit_new(hetab_context *ctx, hetab_audit_kind kind, const char *name,
                              hetab_audit **out) {
   hetab_audit *audit = *out = hetab_alloc(ctx, 1, sizeof *audit);
-  if (!audit)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(audit);
   audit->kind = kind;
   audit->separability = (double)NAN;
   audit->name = strdup(name);
@@ -44,8 +43,7 @@ hetab_status hetab_audit_size(hetab_context *ctx, hetab_audit *audit, size_t cha
   audit->theta_count = incidences;
   audit->theta_i = hetab_alloc(ctx, incidences, sizeof *audit->theta_i);
   audit->energy = hetab_alloc(ctx, channels * incidences, sizeof *audit->energy);
-  if (!audit->theta_i || !audit->energy)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(audit->theta_i && audit->energy);
   for (size_t i = 0; i < channels * incidences; i++)
     audit->energy[i] = (hetab_energy){.fresnel = (double)NAN, .model = (double)NAN};
   return HETAB_OK;

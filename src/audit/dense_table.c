@@ -65,12 +65,10 @@ hetab_status hetab_dense_table_create(hetab_context *ctx, const hetab_grid *grid
     total *= table->count[axis];
   }
   table->values = hetab_alloc(ctx, total, sizeof *table->values);
-  if (!table->values)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(table->values);
   for (hetab_axis axis = HETAB_THETA_R; axis < HETAB_AXIS_COUNT; axis++) {
     table->weights[axis] = hetab_alloc(ctx, table->count[axis], sizeof *table->weights[axis]);
-    if (!table->weights[axis])
-      return HETAB_ERR_MEMORY;
+    HETAB_NEED(table->weights[axis]);
     fill_weights(table, axis);
   }
   return HETAB_OK;

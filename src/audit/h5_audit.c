@@ -60,13 +60,11 @@ static void note_dims(job *j) {
 
 static hetab_status model_of_file(job *j) {
   size_t count = j->audit->channel_count;
-  hetab_band *bands = hetab_alloc(j->ctx, count, sizeof *bands);
-  hetab_status status = bands ? hetab_h5_bands(j->ctx, j->file, bands) : HETAB_ERR_MEMORY;
-  if (status == HETAB_OK)
-    status = hetab_model_of_bands(j->ctx, j->options->against, j->audit->sigma0_um,
-                                  j->audit->tau_um, bands, count, &j->model);
-  free(bands);
-  return status;
+  HETAB_FREED hetab_band *bands = hetab_alloc(j->ctx, count, sizeof *bands);
+  HETAB_NEED(bands);
+  HETAB_TRY(hetab_h5_bands(j->ctx, j->file, bands));
+  return hetab_model_of_bands(j->ctx, j->options->against, j->audit->sigma0_um, j->audit->tau_um,
+                              bands, count, &j->model);
 }
 
 /* The surface given, or the file's parameters. A file without them is compared with nothing. */
@@ -84,8 +82,7 @@ static hetab_status open_model(job *j) {
   audit->tau_um = j->model.tau_um;
   audit->against = hetab_alloc(j->ctx, 1, sizeof *audit->against);
   j->pairs = hetab_alloc(j->ctx, 1, sizeof *j->pairs);
-  if (!audit->against || !j->pairs)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(audit->against && j->pairs);
   audit->against->specular_apart = !(audit->specular_cone > 0.0);
   j->pairs->random = j->options->seed;
   return HETAB_OK;
@@ -171,7 +168,7 @@ static hetab_status judge(job *j) {
   hetab_check_energy(j->audit, o->max_excess);
   if (!j->pairs)
     return HETAB_OK;
-  double *specular = hetab_alloc(j->ctx, j->audit->channel_count, sizeof *specular);
+  HETAB_FREED double *specular = hetab_alloc(j->ctx, j->audit->channel_count, sizeof *specular);
   hetab_hush hush = hetab_hush_begin(j->ctx);
   hetab_status status = specular
                             ? hetab_model_energy(j->ctx, j->engine, &j->model, j->audit, specular)
@@ -182,7 +179,6 @@ static hetab_status judge(job *j) {
     hetab_pairs_finish(j->pairs, j->audit->against);
     hetab_audit_judge_against(o, specular, j->audit);
   }
-  free(specular);
   return status;
 }
 

@@ -7,6 +7,8 @@
 #include "model/colour.h"
 #include "surface/surface_parts.h"
 
+HETAB_HANDLE(hetab_surface)
+
 static hetab_status allocate(hetab_context *ctx, size_t bands, size_t channels,
                              hetab_model *model) {
   model->band_count = bands;
@@ -55,22 +57,19 @@ hetab_status hetab_model_of_bands(hetab_context *ctx, const hetab_surface *again
 /* XYZ weights turned into linear sRGB ones. */
 static hetab_status colour_weights(hetab_context *ctx, hetab_model *model) {
   size_t count = model->band_count;
-  double *lambda_um = hetab_alloc(ctx, count, sizeof *lambda_um);
-  double(*xyz)[3] = hetab_alloc(ctx, count, sizeof *xyz);
-  hetab_status status = lambda_um && xyz ? HETAB_OK : HETAB_ERR_MEMORY;
-  for (size_t b = 0; b < count && status == HETAB_OK; b++)
+  HETAB_FREED double *lambda_um = hetab_alloc(ctx, count, sizeof *lambda_um);
+  HETAB_FREED double(*xyz)[3] = hetab_alloc(ctx, count, sizeof *xyz);
+  HETAB_NEED(lambda_um && xyz);
+  for (size_t b = 0; b < count; b++)
     lambda_um[b] = model->bands[b].lambda_um;
-  if (status == HETAB_OK)
-    status = hetab_xyz_weights(ctx, lambda_um, count, xyz);
-  for (size_t b = 0; b < count && status == HETAB_OK; b++) {
+  HETAB_TRY(hetab_xyz_weights(ctx, lambda_um, count, xyz));
+  for (size_t b = 0; b < count; b++) {
     double rgb[3];
     hetab_xyz_to_srgb(xyz[b], rgb);
     for (size_t c = 0; c < 3; c++)
       model->weights[c * count + b] = rgb[c];
   }
-  free(lambda_um);
-  free(xyz);
-  return status;
+  return HETAB_OK;
 }
 
 hetab_status hetab_model_of_colour(hetab_context *ctx, const hetab_audit_options *o,
@@ -153,17 +152,12 @@ static void mix_all(const hetab_model *model, const hetab_reflectance *rho, heta
 
 hetab_status hetab_model_energy(hetab_context *ctx, hetab_engine *engine, const hetab_model *model,
                                 hetab_audit *audit, double *specular) {
-  hetab_surface *surface = NULL;
-  hetab_status status = HETAB_ERR_MEMORY;
-  hetab_reflectance *rho = hetab_alloc(ctx, model->band_count * audit->theta_count, sizeof *rho);
-  if (!rho)
-    goto done;
-  HETAB_GOTO(hetab_model_surface(ctx, model, 0, model->band_count, &surface));
-  HETAB_GOTO(
-      hetab_reflectance_dh(ctx, engine, surface, audit->theta_i, audit->theta_count, 0, rho));
+  HETAB_ENDS(hetab_surface_end) hetab_surface *surface = NULL;
+  HETAB_FREED hetab_reflectance *rho =
+      hetab_alloc(ctx, model->band_count * audit->theta_count, sizeof *rho);
+  HETAB_NEED(rho);
+  HETAB_TRY(hetab_model_surface(ctx, model, 0, model->band_count, &surface));
+  HETAB_TRY(hetab_reflectance_dh(ctx, engine, surface, audit->theta_i, audit->theta_count, 0, rho));
   mix_all(model, rho, audit, specular);
-done:
-  hetab_surface_free(surface);
-  free(rho);
-  return status;
+  return HETAB_OK;
 }

@@ -65,8 +65,7 @@ static hetab_status run(job *j, const char *path, const char *out_path, hetab_re
   j->same_axes = hetab_dense_table_same_axes(&j->table);
   j->specular = hetab_alloc(j->ctx, count * incidences, sizeof *j->specular);
   j->scale = hetab_alloc(j->ctx, incidences, sizeof *j->scale);
-  if (!j->specular || !j->scale)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(j->specular && j->scale);
   HETAB_TRY(hetab_h5_read_specular(j->ctx, j->file, j->specular));
   HETAB_TRY(hetab_h5_copy_create(j->ctx, path, out_path, overwrite, &j->copy));
   for (size_t w = 0; w < count; w++) {

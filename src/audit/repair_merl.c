@@ -6,6 +6,8 @@
 #include "audit/repair.h"
 #include "table/merl_frame.h"
 
+HETAB_HANDLE(hetab_merl)
+
 /* A cell is read at a range of incidences: what one scale leaves over, the next round takes. */
 enum {
   CHANNELS = HETAB_MERL_CHANNELS,
@@ -97,12 +99,9 @@ static hetab_status conserve_energy(hetab_context *ctx, hetab_merl *merl, hetab_
 hetab_status hetab_repair_merl(hetab_context *ctx, const char *path, const char *out_path,
                                hetab_reading lookup, int scale_energy, int overwrite,
                                hetab_repair_report *report) {
-  hetab_merl *merl;
+  HETAB_ENDS(hetab_merl_end) hetab_merl *merl = NULL;
   HETAB_TRY(hetab_merl_load_raw(ctx, path, &merl));
   mend_cells(merl, report);
-  hetab_status status = scale_energy ? conserve_energy(ctx, merl, lookup, report) : HETAB_OK;
-  if (status == HETAB_OK)
-    status = hetab_merl_save(ctx, merl, out_path, overwrite);
-  hetab_merl_free(merl);
-  return status;
+  HETAB_TRY(scale_energy ? conserve_energy(ctx, merl, lookup, report) : HETAB_OK);
+  return hetab_merl_save(ctx, merl, out_path, overwrite);
 }

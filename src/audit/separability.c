@@ -37,20 +37,17 @@ static double step(const matrix *m, double *u, double *v) {
 
 hetab_status hetab_separability(hetab_context *ctx, const hetab_dense_table *t, double *share) {
   matrix m = {t->values, t->count[HETAB_THETA_I], t->count[HETAB_THETA_R] * t->count[HETAB_PHI]};
-  double *u = hetab_alloc(ctx, m.rows, sizeof *u), *v = hetab_alloc(ctx, m.columns, sizeof *v);
-  hetab_status status = u && v ? HETAB_OK : HETAB_ERR_MEMORY;
-  if (status == HETAB_OK) {
-    double sigma2 = 0, total = 0;
+  HETAB_FREED double *u = hetab_alloc(ctx, m.rows, sizeof *u),
+                     *v = hetab_alloc(ctx, m.columns, sizeof *v);
+  HETAB_NEED(u && v);
+  double sigma2 = 0, total = 0;
+  for (size_t c = 0; c < m.columns; c++)
+    v[c] = 1;
+  for (int i = 0; i < ITERATIONS; i++)
+    sigma2 = step(&m, u, v);
+  for (size_t r = 0; r < m.rows; r++)
     for (size_t c = 0; c < m.columns; c++)
-      v[c] = 1;
-    for (int i = 0; i < ITERATIONS; i++)
-      sigma2 = step(&m, u, v);
-    for (size_t r = 0; r < m.rows; r++)
-      for (size_t c = 0; c < m.columns; c++)
-        total += entry(&m, r, c) * entry(&m, r, c);
-    *share = total > 0 ? fmin(1, sigma2 / total) : 1;
-  }
-  free(u);
-  free(v);
-  return status;
+      total += entry(&m, r, c) * entry(&m, r, c);
+  *share = total > 0 ? fmin(1, sigma2 / total) : 1;
+  return HETAB_OK;
 }

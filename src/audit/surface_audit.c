@@ -15,7 +15,7 @@ static const double closed_form_error = 1e-12;
 static hetab_status fill_energy(hetab_context *ctx, hetab_engine *engine,
                                 const hetab_surface *surface, hetab_audit *audit) {
   size_t count = audit->channel_count * audit->theta_count;
-  hetab_reflectance *rho = hetab_alloc(ctx, count, sizeof *rho);
+  HETAB_FREED hetab_reflectance *rho = hetab_alloc(ctx, count, sizeof *rho);
   hetab_status status =
       rho ? hetab_reflectance_dh(ctx, engine, surface, audit->theta_i, audit->theta_count, 0, rho)
           : HETAB_ERR_MEMORY;
@@ -27,7 +27,6 @@ static hetab_status fill_energy(hetab_context *ctx, hetab_engine *engine,
                                       .ud = rho[i].ud,
                                       .fresnel = rho[i].fresnel,
                                       .model = (double)NAN};
-  free(rho);
   return status;
 }
 
@@ -144,8 +143,7 @@ static hetab_status prepare(hetab_context *ctx, const hetab_surface *surface, he
   hetab_audit_whole_degrees(audit);
   audit->lambda_um = hetab_alloc(ctx, bands, sizeof *audit->lambda_um);
   audit->bands = hetab_alloc(ctx, bands, sizeof *audit->bands);
-  if (!audit->lambda_um || !audit->bands)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(audit->lambda_um && audit->bands);
   for (size_t b = 0; b < bands; b++)
     audit->lambda_um[b] = hetab_surface_bands(surface)[b].lambda_um;
   audit->sigma0_um = hetab_surface_sigma0_um(surface);

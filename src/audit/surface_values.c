@@ -69,14 +69,10 @@ static hetab_status take_slab(hetab_context *ctx, void *user, const hetab_slab *
 }
 
 static hetab_status make_grid(hetab_context *ctx, hetab_grid **grid) {
-  hetab_status status = hetab_grid_create(ctx, grid);
-  if (status == HETAB_OK)
-    status = hetab_grid_set_axis(ctx, *grid, HETAB_THETA_I, "0:89:90");
-  if (status == HETAB_OK)
-    status = hetab_grid_set_axis(ctx, *grid, HETAB_THETA_R, "0:89:90");
-  if (status == HETAB_OK)
-    status = hetab_grid_set_axis(ctx, *grid, HETAB_PHI, "0:180:91");
-  return status;
+  HETAB_TRY(hetab_grid_create(ctx, grid));
+  HETAB_TRY(hetab_grid_set_axis(ctx, *grid, HETAB_THETA_I, "0:89:90"));
+  HETAB_TRY(hetab_grid_set_axis(ctx, *grid, HETAB_THETA_R, "0:89:90"));
+  return hetab_grid_set_axis(ctx, *grid, HETAB_PHI, "0:180:91");
 }
 
 hetab_status hetab_surface_values(hetab_context *ctx, hetab_engine *engine,

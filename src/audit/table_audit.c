@@ -98,14 +98,11 @@ static hetab_status open_model(hetab_context *ctx, const hetab_audit_options *o,
   size_t count = audit->channel_count;
   if (!audit->lambda_um)
     return hetab_model_of_colour(ctx, o, model);
-  hetab_band *bands = hetab_alloc(ctx, count, sizeof *bands);
-  if (!bands)
-    return HETAB_ERR_MEMORY;
+  HETAB_FREED hetab_band *bands = hetab_alloc(ctx, count, sizeof *bands);
+  HETAB_NEED(bands);
   for (size_t b = 0; b < count; b++)
     bands[b].lambda_um = audit->lambda_um[b];
-  hetab_status status = hetab_model_of_bands(ctx, o->against, 0.0, 0.0, bands, count, model);
-  free(bands);
-  return status;
+  return hetab_model_of_bands(ctx, o->against, 0.0, 0.0, bands, count, model);
 }
 
 static hetab_status add_pairs(hetab_context *ctx, hetab_engine *engine,
@@ -126,8 +123,8 @@ static hetab_status add_pairs(hetab_context *ctx, hetab_engine *engine,
 static hetab_status compare(hetab_context *ctx, hetab_engine *engine, const hetab_audit_options *o,
                             const hetab_model *model, const reader *r, double work,
                             hetab_audit *audit) {
-  double *specular = hetab_alloc(ctx, audit->channel_count, sizeof *specular);
-  hetab_pairs *pairs = hetab_alloc(ctx, 1, sizeof *pairs);
+  HETAB_FREED double *specular = hetab_alloc(ctx, audit->channel_count, sizeof *specular);
+  HETAB_FREED hetab_pairs *pairs = hetab_alloc(ctx, 1, sizeof *pairs);
   audit->against = hetab_alloc(ctx, 1, sizeof *audit->against);
   hetab_status status = specular && pairs && audit->against ? HETAB_OK : HETAB_ERR_MEMORY;
   audit->sigma0_um = model->sigma0_um;
@@ -148,8 +145,6 @@ static hetab_status compare(hetab_context *ctx, hetab_engine *engine, const heta
     hetab_audit_judge_against(o, specular, audit);
     hetab_check_fresnel(audit, o->max_excess);
   }
-  free(specular);
-  free(pairs);
   return status;
 }
 
@@ -158,19 +153,16 @@ hetab_status hetab_audit_compare(hetab_context *ctx, hetab_engine *engine,
                                  const void *user, double work, hetab_audit *audit) {
   size_t view = audit->view_channel;
   reader r = {table, user, audit->lambda_um ? view : 0, audit->lambda_um ? 0 : view};
-  hetab_model model = {0};
-  hetab_status status = HETAB_OK;
+  HETAB_ENDS(hetab_model_clear) hetab_model model = {0};
   if (o->against && !o->no_reference) {
-    HETAB_GOTO(open_model(ctx, o, audit, &model));
-    HETAB_GOTO(compare(ctx, engine, o, &model, &r, work, audit));
+    HETAB_TRY(open_model(ctx, o, audit, &model));
+    HETAB_TRY(compare(ctx, engine, o, &model, &r, work, audit));
   }
   if (o->views)
-    HETAB_GOTO(hetab_views_of_table(ctx, audit, read_view, &r));
+    HETAB_TRY(hetab_views_of_table(ctx, audit, read_view, &r));
   if (o->views && model.bands)
-    HETAB_GOTO(hetab_views_of_model(ctx, engine, model.sigma0_um, model.tau_um, model.bands,
-                                    model.weights + view * model.band_count, model.band_count,
-                                    audit));
-done:
-  hetab_model_clear(&model);
-  return status;
+    HETAB_TRY(hetab_views_of_model(ctx, engine, model.sigma0_um, model.tau_um, model.bands,
+                                   model.weights + view * model.band_count, model.band_count,
+                                   audit));
+  return HETAB_OK;
 }

@@ -40,8 +40,7 @@ static void map_direction(int row, int column, double *theta_r, double *phi) {
 
 static hetab_status make_views(hetab_context *ctx, hetab_audit *audit) {
   audit->views = hetab_alloc(ctx, HETAB_AUDIT_VIEWS, sizeof *audit->views);
-  if (!audit->views)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(audit->views);
   for (int v = 0; v < HETAB_AUDIT_VIEWS; v++) {
     audit->views[v].theta_i = hetab_radians(VIEW_THETA_DEG[v]);
     for (int i = 0; i < HETAB_AUDIT_LOBE; i++)
@@ -85,25 +84,23 @@ static hetab_point point_of(double sigma0_um, double tau_um, const hetab_band *b
 hetab_status hetab_views_of_model(hetab_context *ctx, hetab_engine *engine, double sigma0_um,
                                   double tau_um, const hetab_band *bands, const double *weights,
                                   size_t count, hetab_audit *audit) {
-  hetab_point *points = hetab_alloc(ctx, LOBES, sizeof *points);
-  hetab_value *values = hetab_alloc(ctx, LOBES, sizeof *values);
-  hetab_status status = points && values ? HETAB_OK : HETAB_ERR_MEMORY;
-  for (size_t b = 0; b < count && status == HETAB_OK; b++) {
+  HETAB_FREED hetab_point *points = hetab_alloc(ctx, LOBES, sizeof *points);
+  HETAB_FREED hetab_value *values = hetab_alloc(ctx, LOBES, sizeof *values);
+  HETAB_NEED(points && values);
+  for (size_t b = 0; b < count; b++) {
     if (weights[b] == 0.0)
       continue;
     for (int i = 0; i < LOBES; i++) {
       points[i] = point_of(sigma0_um, tau_um, &bands[b], i / HETAB_AUDIT_LOBE);
       lobe_direction(i % HETAB_AUDIT_LOBE, &points[i].theta_r, &points[i].phi);
     }
-    status = hetab_evaluate(ctx, engine, points, LOBES, values);
-    for (int i = 0; i < LOBES && status == HETAB_OK; i++) {
+    HETAB_TRY(hetab_evaluate(ctx, engine, points, LOBES, values));
+    for (int i = 0; i < LOBES; i++) {
       double *model = &audit->views[i / HETAB_AUDIT_LOBE].model[i % HETAB_AUDIT_LOBE];
       *model = (isnan(*model) ? 0.0 : *model) + weights[b] * values[i].total;
     }
   }
-  free(points);
-  free(values);
-  return status;
+  return HETAB_OK;
 }
 
 enum { MAP = HETAB_AUDIT_MAP * HETAB_AUDIT_MAP };
@@ -111,20 +108,17 @@ enum { MAP = HETAB_AUDIT_MAP * HETAB_AUDIT_MAP };
 static hetab_status map_of_surface(hetab_context *ctx, hetab_engine *engine,
                                    const hetab_surface *surface, hetab_audit *audit, int view) {
   const hetab_band *band = &hetab_surface_bands(surface)[audit->view_channel];
-  hetab_point *points = hetab_alloc(ctx, MAP, sizeof *points);
-  hetab_value *values = hetab_alloc(ctx, MAP, sizeof *values);
-  hetab_status status = points && values ? HETAB_OK : HETAB_ERR_MEMORY;
-  for (int i = 0; i < MAP && status == HETAB_OK; i++) {
+  HETAB_FREED hetab_point *points = hetab_alloc(ctx, MAP, sizeof *points);
+  HETAB_FREED hetab_value *values = hetab_alloc(ctx, MAP, sizeof *values);
+  HETAB_NEED(points && values);
+  for (int i = 0; i < MAP; i++) {
     points[i] = point_of(audit->sigma0_um, audit->tau_um, band, view);
     map_direction(i / HETAB_AUDIT_MAP, i % HETAB_AUDIT_MAP, &points[i].theta_r, &points[i].phi);
   }
-  if (status == HETAB_OK)
-    status = hetab_evaluate(ctx, engine, points, MAP, values);
-  for (int i = 0; i < MAP && status == HETAB_OK; i++)
+  HETAB_TRY(hetab_evaluate(ctx, engine, points, MAP, values));
+  for (int i = 0; i < MAP; i++)
     audit->views[view].map[i / HETAB_AUDIT_MAP][i % HETAB_AUDIT_MAP] = (float)values[i].total;
-  free(points);
-  free(values);
-  return status;
+  return HETAB_OK;
 }
 
 hetab_status hetab_views_of_surface(hetab_context *ctx, hetab_engine *engine,

@@ -73,8 +73,7 @@ static hetab_status all_devices(hetab_context *ctx, cl_device_id **devices, size
   cl_uint platform_count = 0;
   *count = 0;
   *devices = hetab_alloc(ctx, MOST, sizeof **devices);
-  if (!*devices)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(*devices);
   pthread_mutex_lock(&start_up);
   if (clGetPlatformIDs(MOST, platforms, &platform_count) != CL_SUCCESS)
     platform_count = 0;
@@ -132,14 +131,13 @@ static void describe(cl_device_id device, hetab_device_info *info) {
 }
 
 hetab_status hetab_device_list(hetab_context *ctx, hetab_device_info **list, size_t *count) {
-  cl_device_id *devices;
+  HETAB_FREED cl_device_id *devices = NULL;
   *list = NULL;
   *count = 0;
   HETAB_TRY(all_devices(ctx, &devices, count));
   *list = hetab_alloc(ctx, *count, sizeof **list);
   for (size_t i = 0; *list && i < *count; i++)
     describe(devices[i], &(*list)[i]);
-  free(devices);
   return *list ? HETAB_OK : HETAB_ERR_MEMORY;
 }
 

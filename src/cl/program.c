@@ -156,7 +156,7 @@ static void store_cached(cl_program program, const char *path) {
   if (clGetProgramInfo(program, CL_PROGRAM_BINARY_SIZES, sizeof size, &size, NULL) != CL_SUCCESS ||
       size == 0)
     return;
-  unsigned char *bytes = malloc(size);
+  HETAB_FREED unsigned char *bytes = malloc(size);
   if (!bytes)
     return;
   if (clGetProgramInfo(program, CL_PROGRAM_BINARIES, sizeof bytes, &bytes, NULL) == CL_SUCCESS) {
@@ -172,20 +172,18 @@ static void store_cached(cl_program program, const char *path) {
         unlink(temporary);
     }
   }
-  free(bytes);
 }
 
 static hetab_status build_failure(hetab_context *ctx, cl_program program, cl_device_id device,
                                   const char *name, cl_int error) {
   size_t size = 0;
   clGetProgramBuildInfo(program, device, CL_PROGRAM_BUILD_LOG, 0, NULL, &size);
-  char *log = calloc(size + 1, 1);
+  HETAB_FREED char *log = calloc(size + 1, 1);
   if (log)
     clGetProgramBuildInfo(program, device, CL_PROGRAM_BUILD_LOG, size, log, NULL);
   hetab_status status = hetab_cl_check(ctx, error, "clBuildProgram", device);
   if (log && *log)
     hetab_fail(ctx, status, "cannot compile kernels/%s.cl: %s", name, log);
-  free(log);
   return status;
 }
 

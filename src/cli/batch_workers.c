@@ -55,7 +55,7 @@ static void do_surface(batch_job *job, hetab_engine **engine, size_t i) {
 }
 
 static void work(batch_job *job, atomic_size_t *next) {
-  hetab_engine *engine = NULL;
+  HETAB_ENDS(hetab_engine_end) hetab_engine *engine = NULL;
   size_t u;
   prctl(PR_SET_PDEATHSIG, SIGKILL); /* not without the parent */
   setenv("POCL_MAX_PTHREAD_COUNT", "1", 0);
@@ -64,7 +64,6 @@ static void work(batch_job *job, atomic_size_t *next) {
   while (!cli_signal() && (u = atomic_fetch_add(next, 1)) < job->unit_count)
     for (size_t n = 0; n < job->units[u].count && !cli_signal(); n++)
       do_surface(job, &engine, job->items[job->units[u].first + n]);
-  hetab_engine_free(engine);
 }
 
 /* ---- the parent ---------------------------------------------------------------------------- */
@@ -172,7 +171,7 @@ static void watch(crew *c, unsigned char *logged) {
 
 int batch_run(batch_job *job) {
   crew c = {.job = job, .next = (atomic_size_t *)(job->slots + job->plan->count)};
-  unsigned char *logged = calloc(job->item_count + 1, 1);
+  HETAB_FREED unsigned char *logged = calloc(job->item_count + 1, 1);
   if (!logged)
     return cli_fail("out of memory");
   int count = job->jobs < MOST_WORKERS ? job->jobs : MOST_WORKERS;
@@ -180,6 +179,5 @@ int batch_run(batch_job *job) {
     ;
   int status = c.count || !job->unit_count ? -1 : cli_fail("cannot start a process: %m");
   watch(&c, logged);
-  free(logged);
   return status;
 }

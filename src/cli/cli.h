@@ -2,6 +2,14 @@
 #pragma once
 
 #include <hetab/hetab.h>
+#include "core/scope.h"
+
+HETAB_HANDLE(hetab_context)
+HETAB_HANDLE(hetab_engine)
+HETAB_HANDLE(hetab_plan)
+HETAB_HANDLE(hetab_published)
+HETAB_HANDLE(hetab_scene)
+HETAB_HANDLE(hetab_surface)
 
 enum { CLI_OK = 0, CLI_FAILURE = 1, CLI_USAGE = 2 };
 

@@ -96,13 +96,9 @@ static int check_colour(const cli_command *self, audit_request *r) {
 /* ---- one audit ----------------------------------------------------------------------------- */
 
 static hetab_status run_surface(audit_job *job, const char *input, hetab_audit **audit) {
-  hetab_surface *surface;
-  hetab_status status = hetab_surface_open(job->ctx, input, &surface);
-  if (status != HETAB_OK)
-    return status;
-  status = hetab_audit_surface(job->ctx, job->engine, surface, &job->options, audit);
-  hetab_surface_free(surface);
-  return status;
+  HETAB_ENDS(hetab_surface_end) hetab_surface *surface = NULL;
+  HETAB_TRY(hetab_surface_open(job->ctx, input, &surface));
+  return hetab_audit_surface(job->ctx, job->engine, surface, &job->options, audit);
 }
 
 /* Adds the input's audit to the report. */

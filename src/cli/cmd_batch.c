@@ -71,7 +71,7 @@ static void make_units(batch_job *job) {
 
 /* Keeps the units of this share, each going to the share that has least so far. */
 static int deal(batch_job *job, const launcher_share *share) {
-  double *loads = calloc(share->count, sizeof *loads);
+  HETAB_FREED double *loads = calloc(share->count, sizeof *loads);
   size_t kept = 0;
   if (!loads)
     return cli_fail("out of memory");
@@ -84,14 +84,13 @@ static int deal(batch_job *job, const launcher_share *share) {
       job->units[kept++] = job->units[u];
   }
   job->unit_count = kept;
-  free(loads);
   return -1;
 }
 
 /* Drops what is not wanted, and what is done; those that are done are marked. */
 static void drop_done(batch_job *job, const batch_request *r) {
   size_t units = 0, items = 0, *left = job->items;
-  size_t *all = malloc((job->item_count + 1) * sizeof *all);
+  HETAB_FREED size_t *all = malloc((job->item_count + 1) * sizeof *all);
   if (!all)
     return;
   memcpy(all, job->items, job->item_count * sizeof *all);
@@ -113,7 +112,6 @@ static void drop_done(batch_job *job, const batch_request *r) {
   }
   job->unit_count = units;
   job->item_count = items;
-  free(all);
 }
 
 static int check_only(const cli_command *self, const batch_request *r, const hetab_scene *scene) {
@@ -196,11 +194,9 @@ static int all_done(const batch_job *job) {
 }
 
 static int has_overview(const batch_job *job) {
-  char *path = NULL;
+  HETAB_FREED char *path = NULL;
   struct stat about;
-  int found = asprintf(&path, "%s/index.html", job->folder) >= 0 && stat(path, &about) == 0;
-  free(path);
-  return found;
+  return asprintf(&path, "%s/index.html", job->folder) >= 0 && stat(path, &about) == 0;
 }
 
 /* The overview is for whoever finishes last. */
@@ -266,8 +262,8 @@ static int make_folder(const char *path) {
 }
 
 static int run_job(const cli_command *self, const batch_request *r) {
-  hetab_scene *scene = NULL;
-  hetab_plan *plan = NULL;
+  HETAB_ENDS(hetab_scene_end) hetab_scene *scene = NULL;
+  HETAB_ENDS(hetab_plan_end) hetab_plan *plan = NULL;
   hetab_context *ctx; /* tables appear one by one, not together at the end */
   if (hetab_context_create(&ctx) != HETAB_OK)
     return cli_fail("out of memory");
@@ -293,8 +289,6 @@ static int run_job(const cli_command *self, const batch_request *r) {
                      .quiet = r->quiet};
     status = with_memory(&job, r);
   }
-  hetab_plan_free(plan);
-  hetab_scene_free(scene);
   hetab_context_free(ctx);
   return status;
 }

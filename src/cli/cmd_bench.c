@@ -190,7 +190,7 @@ static int publish(bench *b, const char *csv_path, int overwrite) {
 
 static int measure(bench *b, char **names, const char *csv_path, int overwrite) {
   hetab_engine_options device = {.devices = b->options.devices};
-  hetab_engine *engine;
+  HETAB_ENDS(hetab_engine_end) hetab_engine *engine = NULL;
   int status = check_surfaces(b->ctx, names);
   if (status >= 0)
     return status;
@@ -206,7 +206,6 @@ static int measure(bench *b, char **names, const char *csv_path, int overwrite) 
   if (status < 0)
     status = publish(b, csv_path, overwrite);
   cli_text_free(&b->csv);
-  hetab_engine_free(engine);
   return status;
 }
 

@@ -64,7 +64,7 @@ static int print_report(const request *r, const hetab_convert_report *report) {
 
 static int run_request(request *r) {
   hetab_convert_report report;
-  hetab_context *ctx = cli_context();
+  HETAB_ENDS(hetab_context_end) hetab_context *ctx = cli_context();
   if (!ctx)
     return CLI_FAILURE;
   cli_progress_begin("converting", r->quiet);
@@ -73,7 +73,6 @@ static int run_request(request *r) {
   int result = status == HETAB_OK ? cli_publish(ctx) : cli_fail_context(ctx);
   if (result < 0)
     result = print_report(r, &report);
-  hetab_context_free(ctx);
   return result;
 }
 

@@ -32,16 +32,14 @@ static int print_table(const hetab_device_info *devices, size_t count) {
 }
 
 static int list_devices(hetab_context *ctx, int json) {
-  hetab_device_info *devices;
+  HETAB_FREED hetab_device_info *devices = NULL;
   size_t count;
   if (hetab_device_list(ctx, &devices, &count) != HETAB_OK)
     return cli_fail_context(ctx);
-  int status = count == 0 ? cli_fail("no OpenCL device: install a driver, such as Debian's package "
-                                     "pocl-opencl-icd for the processor itself")
-               : json     ? print_json(devices, count)
-                          : print_table(devices, count);
-  free(devices);
-  return status;
+  return count == 0 ? cli_fail("no OpenCL device: install a driver, such as Debian's package "
+                               "pocl-opencl-icd for the processor itself")
+         : json     ? print_json(devices, count)
+                    : print_table(devices, count);
 }
 
 static int run(const cli_command *self, int argc, char **argv) {
@@ -58,9 +56,8 @@ static int run(const cli_command *self, int argc, char **argv) {
     return status;
   if (argv[first])
     return cli_usage(self, "unexpected argument '%s'", argv[first]);
-  hetab_context *ctx = cli_context();
+  HETAB_ENDS(hetab_context_end) hetab_context *ctx = cli_context();
   status = ctx ? list_devices(ctx, json) : CLI_FAILURE;
-  hetab_context_free(ctx);
   return status;
 }
 

@@ -291,7 +291,7 @@ static int prepare(evaluation *e, const request *r) {
 }
 
 static int run_request(const request *r) {
-  evaluation *e = calloc(1, sizeof *e);
+  HETAB_FREED evaluation *e = calloc(1, sizeof *e);
   if (!e)
     return cli_fail("out of memory");
   e->ctx = cli_context();
@@ -304,7 +304,6 @@ static int run_request(const request *r) {
   hetab_csv_clear(&e->reader);
   hetab_context_free(e->ctx);
   free(e->text);
-  free(e);
   return status;
 }
 

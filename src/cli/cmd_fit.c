@@ -93,17 +93,16 @@ static hetab_status fit_once(fit_job *job, const hetab_fit_options *options) {
 
 static hetab_status fit_each(fit_job *job) {
   hetab_fit_options options = job->options;
-  hetab_status status = HETAB_OK;
   size_t count = options.lambda_count ? options.lambda_count
                                       : hetab_measurements_wavelength_count(job->measurements);
   const double *lambda_um =
       options.lambda_count ? options.lambda_um : hetab_measurements_lambda_um(job->measurements);
   options.lambda_count = 1;
-  for (size_t i = 0; i < count && status == HETAB_OK; i++) {
+  for (size_t i = 0; i < count; i++) {
     options.lambda_um = &lambda_um[i];
-    status = fit_once(job, &options);
+    HETAB_TRY(fit_once(job, &options));
   }
-  return status;
+  return HETAB_OK;
 }
 
 static int compute(fit_job *job) {
@@ -136,7 +135,7 @@ static int save(const fit_job *job, const char *path,
 static int save_surface(const fit_job *job) {
   const hetab_fit *fit = job->report.fits[0];
   cli_text text;
-  char *yaml;
+  HETAB_FREED char *yaml = NULL;
   if (!job->request->surface)
     return -1;
   if (!fit->surface)
@@ -149,7 +148,6 @@ static int save_surface(const fit_job *job) {
     fputs(yaml, text.stream);
     status = cli_text_save(&text, job->ctx, job->request->surface, job->request->force);
   }
-  free(yaml);
   return status;
 }
 

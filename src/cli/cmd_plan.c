@@ -35,22 +35,18 @@ static int print_jobs(const char *path, const hetab_scene *scene, int scheduler)
 }
 
 static int run_plan(const char *path, int scheduler, int json) {
-  hetab_context *ctx = cli_context();
-  hetab_scene *scene = NULL;
-  hetab_plan *plan = NULL;
+  HETAB_ENDS(hetab_context_end) hetab_context *ctx = cli_context();
+  HETAB_ENDS(hetab_scene_end) hetab_scene *scene = NULL;
+  HETAB_ENDS(hetab_plan_end) hetab_plan *plan = NULL;
   if (!ctx)
     return CLI_FAILURE;
   hetab_status status = hetab_scene_load(ctx, path, &scene);
   if (status == HETAB_OK && scheduler < 0)
     status = hetab_plan_create(ctx, scene, &plan);
-  int result = status != HETAB_OK ? cli_fail_context(ctx)
-               : scheduler >= 0   ? print_jobs(path, scene, scheduler)
-               : json             ? plan_print_json(scene, plan)
-                                  : plan_print(scene, plan);
-  hetab_plan_free(plan);
-  hetab_scene_free(scene);
-  hetab_context_free(ctx);
-  return result;
+  return status != HETAB_OK ? cli_fail_context(ctx)
+         : scheduler >= 0   ? print_jobs(path, scene, scheduler)
+         : json             ? plan_print_json(scene, plan)
+                            : plan_print(scene, plan);
 }
 
 static int run(const cli_command *self, int argc, char **argv) {

@@ -104,8 +104,7 @@ static hetab_status measured_incidences(job *j) {
   size_t count = hetab_measurements_pair_count(j->measurements), kept = 0;
   const hetab_directions *pairs = hetab_measurements_pairs(j->measurements);
   double *theta_i = j->theta_i = calloc(count + 1, sizeof *theta_i);
-  if (!theta_i)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(theta_i);
   for (size_t i = 0; i < count; i++)
     theta_i[i] = pairs[i].theta_i;
   qsort(theta_i, count, sizeof *theta_i, by_size);
@@ -144,8 +143,7 @@ static hetab_status find_wavelengths(job *j) {
   size_t count = j->measurements ? hetab_measurements_wavelength_count(j->measurements)
                                  : hetab_surface_band_count(j->surface);
   j->lambda_um = calloc(1, sizeof *j->lambda_um);
-  if (!j->lambda_um)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(j->lambda_um);
   for (size_t i = 0; i < count; i++) {
     double lambda_um = j->measurements ? hetab_measurements_lambda_um(j->measurements)[i]
                                        : hetab_surface_bands(j->surface)[i].lambda_um;
@@ -162,18 +160,14 @@ static hetab_status open_inputs(job *j) {
   hetab_engine_options engine = {.devices = r->device,
                                  .precision = r->precision ? HETAB_DOUBLE : HETAB_FLOAT,
                                  .method = r->literal ? HETAB_METHOD_LITERAL : HETAB_METHOD_SERIES};
-  hetab_status status = hetab_surface_open(j->ctx, r->surface, &j->surface);
-  if (status == HETAB_OK && r->measurements)
-    status = hetab_measurements_load(j->ctx, r->measurements, &j->measurements);
-  if (status == HETAB_OK)
-    status = find_incidences(j);
-  if (status == HETAB_OK)
-    status = find_wavelengths(j);
-  if (status == HETAB_OK)
-    status = hetab_engine_create(j->ctx, &engine, &j->engine);
-  if (status == HETAB_OK)
-    fill_bounds(j);
-  return status;
+  HETAB_TRY(hetab_surface_open(j->ctx, r->surface, &j->surface));
+  if (r->measurements)
+    HETAB_TRY(hetab_measurements_load(j->ctx, r->measurements, &j->measurements));
+  HETAB_TRY(find_incidences(j));
+  HETAB_TRY(find_wavelengths(j));
+  HETAB_TRY(hetab_engine_create(j->ctx, &engine, &j->engine));
+  fill_bounds(j);
+  return HETAB_OK;
 }
 
 /* ---- the command --------------------------------------------------------------------------- */

@@ -28,14 +28,13 @@ typedef struct reflectance_job {
 /* ---- what to compute ----------------------------------------------------------------------- */
 
 static hetab_status set_wavelengths(reflectance_job *job) {
-  double *lambda_um;
+  HETAB_FREED double *lambda_um = NULL;
   size_t count;
   hetab_status status =
       hetab_parse_wavelengths(job->ctx, job->request->wavelengths, &lambda_um, &count);
   if (status != HETAB_OK)
     return status;
   status = hetab_surface_set_wavelengths(job->ctx, job->surface, lambda_um, count);
-  free(lambda_um);
   return status;
 }
 

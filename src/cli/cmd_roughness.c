@@ -190,7 +190,7 @@ static int run_scans(roughness_job *job, char **paths, size_t count) {
 /* The option's own file and those after it. */
 static int run_rows(roughness_job *job, char **paths, size_t count) {
   const char **tables = calloc(count + 1, sizeof *tables);
-  hetab_published *published;
+  HETAB_ENDS(hetab_published_end) hetab_published *published = NULL;
   if (!tables)
     return cli_fail("out of memory");
   tables[0] = job->request->rows;
@@ -205,7 +205,6 @@ static int run_rows(roughness_job *job, char **paths, size_t count) {
     status = cli_json_print(roughness_published_json(published)) == CLI_OK ? status : CLI_FAILURE;
   else if (!job->request->quiet)
     roughness_print_published(published);
-  hetab_published_free(published);
   return status;
 }
 

@@ -21,8 +21,8 @@ static int save(hetab_context *ctx, const request *r, const char *text) {
 }
 
 static int write_shader(hetab_context *ctx, const request *r) {
-  hetab_surface *surface = NULL;
-  char *text = NULL;
+  HETAB_ENDS(hetab_surface_end) hetab_surface *surface = NULL;
+  HETAB_FREED char *text = NULL;
   if (r->output && !cli_output_allowed(ctx, r->output, r->force))
     return CLI_FAILURE;
   int status = CLI_OK;
@@ -31,8 +31,6 @@ static int write_shader(hetab_context *ctx, const request *r) {
     status = cli_fail_context(ctx);
   else
     status = save(ctx, r, text);
-  free(text);
-  hetab_surface_free(surface);
   return status;
 }
 
@@ -52,9 +50,8 @@ static int run(const cli_command *self, int argc, char **argv) {
     return status;
   if (r.language < 0)
     return cli_usage(self, "no --language given: c, glsl, python or mitsuba");
-  hetab_context *ctx = cli_context();
+  HETAB_ENDS(hetab_context_end) hetab_context *ctx = cli_context();
   status = ctx ? write_shader(ctx, &r) : CLI_FAILURE;
-  hetab_context_free(ctx);
   return status;
 }
 

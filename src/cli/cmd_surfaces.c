@@ -82,21 +82,18 @@ static int print_preset_json(const hetab_surface *surface, size_t preset) {
 }
 
 static int print_yaml(hetab_context *ctx, const hetab_surface *surface) {
-  char *text;
+  HETAB_FREED char *text = NULL;
   if (hetab_surface_yaml(ctx, surface, &text) != HETAB_OK)
     return cli_fail_context(ctx);
   fputs(text, stdout);
-  free(text);
   return CLI_OK;
 }
 
 static int print_preset(hetab_context *ctx, size_t preset, int json) {
-  hetab_surface *surface;
+  HETAB_ENDS(hetab_surface_end) hetab_surface *surface = NULL;
   if (hetab_surface_preset(ctx, hetab_preset_name(preset), &surface) != HETAB_OK)
     return cli_fail_context(ctx);
-  int status = json ? print_preset_json(surface, preset) : print_yaml(ctx, surface);
-  hetab_surface_free(surface);
-  return status;
+  return json ? print_preset_json(surface, preset) : print_yaml(ctx, surface);
 }
 
 /* ---- a microfacet material in its place ---------------------------------------------------- */
@@ -145,8 +142,8 @@ static int print_stand_in(const char *name, int distribution, int json) {
   double theta_i[STAND_IN_ANGLES];
   hetab_stand_in at[STAND_IN_ANGLES];
   hetab_band rgb[3];
-  hetab_surface *surface = NULL;
-  hetab_context *ctx = cli_context();
+  HETAB_ENDS(hetab_surface_end) hetab_surface *surface = NULL;
+  HETAB_ENDS(hetab_context_end) hetab_context *ctx = cli_context();
   if (!ctx)
     return CLI_FAILURE;
   for (int i = 0; i < STAND_IN_ANGLES; i++)
@@ -157,12 +154,9 @@ static int print_stand_in(const char *name, int distribution, int json) {
   if (status == HETAB_OK)
     status = hetab_stand_in_compare(ctx, surface, (hetab_microfacets)distribution, STAND_IN_UM,
                                     theta_i, STAND_IN_ANGLES, at);
-  int result = status != HETAB_OK ? cli_fail_context(ctx)
-               : json             ? cli_json_print(stand_in_json(surface, theta_deg, at, rgb))
-                                  : stand_in_text(surface, theta_deg, at, rgb);
-  hetab_surface_free(surface);
-  hetab_context_free(ctx);
-  return result;
+  return status != HETAB_OK ? cli_fail_context(ctx)
+         : json             ? cli_json_print(stand_in_json(surface, theta_deg, at, rgb))
+                            : stand_in_text(surface, theta_deg, at, rgb);
 }
 
 /* ---- one metal ----------------------------------------------------------------------------- */
@@ -206,16 +200,14 @@ static int print_metal(hetab_context *ctx, size_t metal, int json) {
 
 static int print_one(const char *name, int json) {
   size_t i;
-  hetab_context *ctx = cli_context();
+  HETAB_ENDS(hetab_context_end) hetab_context *ctx = cli_context();
   if (!ctx)
     return CLI_FAILURE;
-  int status = find_preset(name, &i)  ? print_preset(ctx, i, json)
-               : find_metal(name, &i) ? print_metal(ctx, i, json)
-                                      : cli_fail("no preset or metal '%s': 'hetab surfaces' lists "
-                                                 "them",
-                                                 name);
-  hetab_context_free(ctx);
-  return status;
+  return find_preset(name, &i)  ? print_preset(ctx, i, json)
+         : find_metal(name, &i) ? print_metal(ctx, i, json)
+                                : cli_fail("no preset or metal '%s': 'hetab surfaces' lists "
+                                           "them",
+                                           name);
 }
 
 static int run(const cli_command *self, int argc, char **argv) {

@@ -87,27 +87,22 @@ static int plan_merl(const cli_command *self, tabulate_job *job) {
 /* ---- inputs -------------------------------------------------------------------------------- */
 
 static hetab_status set_wavelengths(tabulate_job *job, const char *spec) {
-  double *lambda_um;
+  HETAB_FREED double *lambda_um = NULL;
   size_t count;
-  hetab_status status = hetab_parse_wavelengths(job->ctx, spec, &lambda_um, &count);
-  if (status != HETAB_OK)
-    return status;
-  status = hetab_surface_set_wavelengths(job->ctx, job->surface, lambda_um, count);
-  free(lambda_um);
-  return status;
+  HETAB_TRY(hetab_parse_wavelengths(job->ctx, spec, &lambda_um, &count));
+  return hetab_surface_set_wavelengths(job->ctx, job->surface, lambda_um, count);
 }
 
 static hetab_status open_inputs(tabulate_job *job) {
   const tabulate_request *r = job->request;
-  hetab_status status = hetab_surface_open(job->ctx, r->surface, &job->surface);
-  if (status == HETAB_OK && r->wavelengths)
-    status = set_wavelengths(job, r->wavelengths);
-  if (status == HETAB_OK)
-    status = hetab_grid_create(job->ctx, &job->grid);
-  for (int axis = 0; axis < HETAB_AXIS_COUNT && status == HETAB_OK; axis++)
+  HETAB_TRY(hetab_surface_open(job->ctx, r->surface, &job->surface));
+  if (r->wavelengths)
+    HETAB_TRY(set_wavelengths(job, r->wavelengths));
+  HETAB_TRY(hetab_grid_create(job->ctx, &job->grid));
+  for (int axis = 0; axis < HETAB_AXIS_COUNT; axis++)
     if (r->axes[axis])
-      status = hetab_grid_set_axis(job->ctx, job->grid, (hetab_axis)axis, r->axes[axis]);
-  return status;
+      HETAB_TRY(hetab_grid_set_axis(job->ctx, job->grid, (hetab_axis)axis, r->axes[axis]));
+  return HETAB_OK;
 }
 
 /* Float by default, double where the tolerance asks for more than float arithmetic has, or the
@@ -143,10 +138,8 @@ static int fail_if_existing(const tabulate_job *job, const char *path) {
   if (!hetab_format_by_ending(path, &format) ||
       (format != HETAB_FORMAT_MERL && format != HETAB_FORMAT_RGL))
     return 0;
-  char *beside = hetab_specular_path(job->ctx, path);
-  int failed = beside && !cli_output_allowed(job->ctx, beside, 0);
-  free(beside);
-  return failed;
+  HETAB_FREED char *beside = hetab_specular_path(job->ctx, path);
+  return beside && !cli_output_allowed(job->ctx, beside, 0);
 }
 
 /* Says which file exists, and what to do about it; 0 if none does any more. */

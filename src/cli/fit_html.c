@@ -2,6 +2,7 @@
 #include <math.h>
 
 #include "core/angle.h"
+#include "cli.h"
 #include "fit_command.h"
 #include "svg.h"
 
@@ -432,7 +433,7 @@ static void write_page(const page *p) {
 
 hetab_status fit_html(hetab_context *ctx, FILE *stream, const fit_report *report) {
   page p = {.out = stream, .report = report};
-  hetab_engine *engine;
+  HETAB_ENDS(hetab_engine_end) hetab_engine *engine = NULL;
   hetab_engine_options options = {.precision = HETAB_DOUBLE, .method = HETAB_METHOD_LITERAL};
   choose_views(&p);
   choose_incidences(&p);
@@ -444,6 +445,5 @@ hetab_status fit_html(hetab_context *ctx, FILE *stream, const fit_report *report
     write_page(&p);
   for (size_t i = 0; i < p.view_count; i++)
     hetab_prediction_free(p.views[i].curves);
-  hetab_engine_free(engine);
   return status;
 }

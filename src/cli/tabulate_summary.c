@@ -38,14 +38,11 @@ static char *specular_file(const tabulate_job *job, size_t i) {
 }
 
 static json_t *specular_json(const tabulate_job *job, size_t i) {
-  char *file = specular_file(job, i);
-  json_t *json =
-      json_pack("{sf sf so so sf}", "max", job->reports[i].specular_max, "share",
-                hetab_specular_share(job->surface), "file", cli_json_text(file ? file : ""),
-                "in_table", json_boolean(is_folded(job, i)), "cone_deg",
-                is_folded(job, i) ? job->request->cone_deg : 0.0);
-  free(file);
-  return json;
+  HETAB_FREED char *file = specular_file(job, i);
+  return json_pack("{sf sf so so sf}", "max", job->reports[i].specular_max, "share",
+                   hetab_specular_share(job->surface), "file", cli_json_text(file ? file : ""),
+                   "in_table", json_boolean(is_folded(job, i)), "cone_deg",
+                   is_folded(job, i) ? job->request->cone_deg : 0.0);
 }
 
 static int is_spectral(const tabulate_job *job) {
@@ -169,7 +166,7 @@ static void print_specular(const tabulate_job *job, size_t i) {
   const hetab_output_report *r = &job->reports[i];
   const char *path = job->request->files.items[i];
   double share = hetab_specular_share(job->surface), allowed = job->request->table_error;
-  char *file = specular_file(job, i);
+  HETAB_FREED char *file = specular_file(job, i);
   if (is_folded(job, i))
     printf("%s: specular reflectance, at most %.3g, folded in as a %g degree lobe\n", path,
            r->specular_max, job->request->cone_deg);
@@ -186,7 +183,6 @@ static void print_specular(const tabulate_job *job, size_t i) {
   else
     printf("%s: specular reflectance, at most %.3g, %.2g %% of the light, is in %s\n", path,
            r->specular_max, 100 * share, file);
-  free(file);
 }
 
 /* What the column "max error" is. */

@@ -12,6 +12,8 @@
 #include "model/colour.h"
 #include "table/table_format.h"
 
+HETAB_HANDLE(hetab_merl)
+
 /* ---- opening ------------------------------------------------------------------------------- */
 
 /* The mended table as a file that only this process sees, for as long as it takes to open it. */
@@ -31,16 +33,13 @@ static hetab_status open_mended(hetab_context *ctx, const hetab_merl *merl,
 
 /* A table with holes is read without them. */
 static hetab_status open_merl(hetab_context *ctx, hetab_convert_source *source) {
-  hetab_merl *merl;
+  HETAB_ENDS(hetab_merl_end) hetab_merl *merl = NULL;
   HETAB_TRY(hetab_merl_load_raw(ctx, source->path, &merl));
   source->filled = hetab_merl_holes(merl);
-  hetab_status status = source->filled ? hetab_merl_mend(ctx, source->path, merl) : HETAB_OK;
-  if (status == HETAB_OK)
-    status = source->filled
-                 ? open_mended(ctx, merl, source)
-                 : hetab_lookup_open(ctx, source->path, HETAB_LOOKUP_INTERPOLATE, &source->table);
-  hetab_merl_free(merl);
-  return status;
+  HETAB_TRY(source->filled ? hetab_merl_mend(ctx, source->path, merl) : HETAB_OK);
+  return source->filled
+             ? open_mended(ctx, merl, source)
+             : hetab_lookup_open(ctx, source->path, HETAB_LOOKUP_INTERPOLATE, &source->table);
 }
 
 /* RGL tables, for their f. */
@@ -56,8 +55,7 @@ static hetab_status choose_channels(hetab_context *ctx, int srgb, hetab_convert_
   if (!srgb || !source->lambda_um)
     return HETAB_OK;
   source->weights = hetab_alloc(ctx, source->channels_in, sizeof *source->weights);
-  if (!source->weights)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(source->weights);
   HETAB_TRY(hetab_xyz_weights(ctx, source->lambda_um, source->channels_in, source->weights));
   source->channels = 3;
   source->lambda_um = NULL;
@@ -149,9 +147,8 @@ hetab_status hetab_convert_values(hetab_context *ctx, void *user, const hetab_di
                                   size_t count, double *values) {
   hetab_convert_source *source = user;
   float wi[BLOCK][3], wo[BLOCK][3];
-  float *in = hetab_alloc(ctx, BLOCK + 1, source->channels_in * sizeof *in);
-  if (!in)
-    return HETAB_ERR_MEMORY;
+  HETAB_FREED float *in = hetab_alloc(ctx, BLOCK + 1, source->channels_in * sizeof *in);
+  HETAB_NEED(in);
   for (size_t first = 0; first < count; first += BLOCK) {
     size_t block = count - first < BLOCK ? count - first : BLOCK;
     for (size_t i = 0; i < block; i++)
@@ -162,18 +159,15 @@ hetab_status hetab_convert_values(hetab_context *ctx, void *user, const hetab_di
       source->clamped += hetab_convert_channels(source, in + i * source->channels_in,
                                                 values + (first + i) * source->channels);
   }
-  free(in);
   return HETAB_OK;
 }
 
 hetab_status hetab_convert_specular(hetab_context *ctx, const hetab_convert_source *source,
                                     double theta_i, double *value) {
   const float wi[3] = {(float)sin(theta_i), 0, (float)fmax(cos(theta_i), 0)};
-  float *in = hetab_alloc(ctx, source->channels_in, sizeof *in);
-  if (!in)
-    return HETAB_ERR_MEMORY;
+  HETAB_FREED float *in = hetab_alloc(ctx, source->channels_in, sizeof *in);
+  HETAB_NEED(in);
   hetab_lookup_albedo(source->table, NULL, 1, wi, NULL, in);
   hetab_convert_channels(source, in, value);
-  free(in);
   return HETAB_OK;
 }

@@ -17,6 +17,10 @@
 #include "table/h5_head.h"
 #include "table/specular.h"
 
+HETAB_HANDLE(hetab_grid)
+HETAB_HANDLE(hetab_merl)
+HETAB_HANDLE(hetab_rgl)
+
 /* ---- HDF5 ---------------------------------------------------------------------------------- */
 
 /* One incidence, [channel][theta_r][phi], from pairs' values [theta_r][phi][channel]. */
@@ -47,39 +51,31 @@ static hetab_status write_rows(hetab_context *ctx, hetab_convert_source *source,
                                const hetab_grid *grid, hetab_table_writer *writer) {
   size_t rows = hetab_grid_count(grid, HETAB_THETA_I);
   size_t count = hetab_grid_count(grid, HETAB_THETA_R) * hetab_grid_count(grid, HETAB_PHI);
-  hetab_directions *pairs = hetab_alloc(ctx, count, sizeof *pairs);
-  double *values = hetab_alloc(ctx, count, source->channels * sizeof *values);
-  double *slab = hetab_alloc(ctx, count, sizeof *slab);
-  hetab_status status = pairs && values && slab ? HETAB_OK : HETAB_ERR_MEMORY;
-  for (size_t row = 0; row < rows && status == HETAB_OK; row++) {
+  HETAB_FREED hetab_directions *pairs = hetab_alloc(ctx, count, sizeof *pairs);
+  HETAB_FREED double *values = hetab_alloc(ctx, count, source->channels * sizeof *values);
+  HETAB_FREED double *slab = hetab_alloc(ctx, count, sizeof *slab);
+  HETAB_NEED(pairs && values && slab);
+  for (size_t row = 0; row < rows; row++) {
     row_pairs(grid, row, pairs);
-    status = write_row(ctx, source, row, pairs, count, values, slab, writer);
-    if (status == HETAB_OK)
-      status = hetab_progress(ctx, (double)(row + 1), (double)rows);
+    HETAB_TRY(write_row(ctx, source, row, pairs, count, values, slab, writer));
+    HETAB_TRY(hetab_progress(ctx, (double)(row + 1), (double)rows));
   }
-  free(pairs);
-  free(values);
-  free(slab);
-  return status;
+  return HETAB_OK;
 }
 
 static hetab_status write_specular(hetab_context *ctx, const hetab_convert_source *source,
                                    const hetab_grid *grid, hetab_table_writer *writer) {
   size_t count = hetab_grid_count(grid, HETAB_THETA_I), channels = source->channels;
-  double *rho = hetab_alloc(ctx, channels * count, sizeof *rho);
-  double *value = hetab_alloc(ctx, channels, sizeof *value);
-  hetab_status status = rho && value ? HETAB_OK : HETAB_ERR_MEMORY;
-  for (size_t i = 0; i < count && status == HETAB_OK; i++) {
+  HETAB_FREED double *rho = hetab_alloc(ctx, channels * count, sizeof *rho);
+  HETAB_FREED double *value = hetab_alloc(ctx, channels, sizeof *value);
+  HETAB_NEED(rho && value);
+  for (size_t i = 0; i < count; i++) {
     double theta_i = hetab_grid_deg(grid, HETAB_THETA_I)[i] * M_PI / 180;
-    status = hetab_convert_specular(ctx, source, theta_i, value);
+    HETAB_TRY(hetab_convert_specular(ctx, source, theta_i, value));
     for (size_t c = 0; c < channels; c++)
       rho[c * count + i] = value[c];
   }
-  if (status == HETAB_OK)
-    status = hetab_table_write_specular(ctx, writer, rho);
-  free(rho);
-  free(value);
-  return status;
+  return hetab_table_write_specular(ctx, writer, rho);
 }
 
 static hetab_status save_h5(hetab_context *ctx, hetab_convert_source *source, const char *path,
@@ -108,11 +104,9 @@ static hetab_status save_h5(hetab_context *ctx, hetab_convert_source *source, co
 
 hetab_status hetab_convert_to_h5(hetab_context *ctx, hetab_convert_source *source, const char *path,
                                  const hetab_convert_options *options) {
-  hetab_grid *grid;
+  HETAB_ENDS(hetab_grid_end) hetab_grid *grid = NULL;
   HETAB_TRY(hetab_cone_grid(ctx, options->axes, source->specular_cone, source->path, &grid));
-  hetab_status status = save_h5(ctx, source, path, grid, options);
-  hetab_grid_free(grid);
-  return status;
+  return save_h5(ctx, source, path, grid, options);
 }
 
 /* ---- MERL ---------------------------------------------------------------------------------- */
@@ -137,40 +131,32 @@ static hetab_status fill_cells(hetab_context *ctx, hetab_convert_source *source,
 hetab_status hetab_convert_to_merl(hetab_context *ctx, hetab_convert_source *source,
                                    const char *path, const hetab_convert_options *options) {
   enum { ROW = HETAB_MERL_THETA_D * HETAB_MERL_PHI_D };
-  hetab_merl *merl = NULL;
-  hetab_directions *pairs = hetab_alloc(ctx, ROW, sizeof *pairs);
-  double *values = hetab_alloc(ctx, 3 * ROW, sizeof *values);
-  hetab_status status = pairs && values ? hetab_merl_create(ctx, &merl) : HETAB_ERR_MEMORY;
-  for (size_t row = 0; row < HETAB_MERL_THETA_H && status == HETAB_OK; row++) {
-    status = fill_cells(ctx, source, row * ROW, (row + 1) * ROW, pairs, values, merl);
-    if (status == HETAB_OK)
-      status = hetab_progress(ctx, (double)(row + 1), HETAB_MERL_THETA_H);
+  HETAB_ENDS(hetab_merl_end) hetab_merl *merl = NULL;
+  HETAB_FREED hetab_directions *pairs = hetab_alloc(ctx, ROW, sizeof *pairs);
+  HETAB_FREED double *values = hetab_alloc(ctx, 3 * ROW, sizeof *values);
+  HETAB_NEED(pairs && values);
+  HETAB_TRY(hetab_merl_create(ctx, &merl));
+  for (size_t row = 0; row < HETAB_MERL_THETA_H; row++) {
+    HETAB_TRY(fill_cells(ctx, source, row * ROW, (row + 1) * ROW, pairs, values, merl));
+    HETAB_TRY(hetab_progress(ctx, (double)(row + 1), HETAB_MERL_THETA_H));
   }
-  if (status == HETAB_OK) {
-    hetab_merl_set_specular_cone(merl, source->specular_cone);
-    status = hetab_merl_save(ctx, merl, path, options->overwrite);
-  }
-  hetab_merl_free(merl);
-  free(pairs);
-  free(values);
-  return status;
+  hetab_merl_set_specular_cone(merl, source->specular_cone);
+  return hetab_merl_save(ctx, merl, path, options->overwrite);
 }
 
 /* ---- RGL ----------------------------------------------------------------------------------- */
 
 /* RGL tables sample what they reflect. */
 static hetab_status check_not_black(hetab_context *ctx, const hetab_convert_source *source) {
-  float *albedo = hetab_alloc(ctx, source->channels_in, sizeof *albedo);
+  HETAB_FREED float *albedo = hetab_alloc(ctx, source->channels_in, sizeof *albedo);
   int lit = 0;
-  if (!albedo)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(albedo);
   for (int deg = 0; deg <= 80; deg += 10) {
     const float wi[3] = {(float)sin(deg * M_PI / 180), 0, (float)cos(deg * M_PI / 180)};
     hetab_lookup_albedo(source->table, NULL, 1, wi, albedo, NULL);
     for (size_t c = 0; c < source->channels_in; c++)
       lit |= albedo[c] > 0;
   }
-  free(albedo);
   return lit ? HETAB_OK
              : hetab_fail(ctx, HETAB_ERR_RANGE,
                           "'%s' is black at every incidence: an RGL table of it cannot be sampled; "
@@ -194,7 +180,7 @@ hetab_status hetab_convert_to_rgl(hetab_context *ctx, hetab_convert_source *sour
                                              source->lambda_um ? HETAB_RGL_SPECTRAL : HETAB_RGL_RGB,
                                          .table_error = options->table_error};
   hetab_rgl_report report;
-  hetab_rgl *rgl;
+  HETAB_ENDS(hetab_rgl_end) hetab_rgl *rgl = NULL;
   HETAB_TRY(check_not_black(ctx, source));
   HETAB_TRY(hetab_rgl_build(ctx, &table, &rgl_options, &rgl, &report));
   hetab_status status = HETAB_OK;
@@ -204,7 +190,6 @@ hetab_status hetab_convert_to_rgl(hetab_context *ctx, hetab_convert_source *sour
   }
   if (status == HETAB_OK)
     status = hetab_rgl_save(ctx, rgl, path, options->overwrite);
-  hetab_rgl_free(rgl);
   return status;
 }
 
@@ -219,22 +204,18 @@ static hetab_status write_csv(hetab_context *ctx, const hetab_convert_source *so
   static const double primaries_um[] = {0.61, 0.55, 0.46};
   const double *lambda_um = hetab_lookup_wavelengths_um(source->table);
   size_t count = source->channels_in;
-  float *at = hetab_alloc(ctx, count, sizeof *at);
-  double *rho = hetab_alloc(ctx, ANGLES, count * sizeof *rho);
-  hetab_status status = at && rho ? HETAB_OK : HETAB_ERR_MEMORY;
-  for (size_t i = 0; i < ANGLES && status == HETAB_OK; i++) {
+  HETAB_FREED float *at = hetab_alloc(ctx, count, sizeof *at);
+  HETAB_FREED double *rho = hetab_alloc(ctx, ANGLES, count * sizeof *rho);
+  HETAB_NEED(at && rho);
+  for (size_t i = 0; i < ANGLES; i++) {
     double theta_i = (double)i * M_PI / 180;
     const float wi[3] = {(float)sin(theta_i), 0, (float)cos(theta_i)};
     hetab_lookup_albedo(source->table, NULL, 1, wi, NULL, at);
     for (size_t w = 0; w < count; w++)
       rho[w * ANGLES + i] = (double)at[w];
   }
-  if (status == HETAB_OK)
-    status = hetab_specular_save(ctx, path, lambda_um ? lambda_um : primaries_um, count, !lambda_um,
-                                 rho, overwrite);
-  free(at);
-  free(rho);
-  return status;
+  return hetab_specular_save(ctx, path, lambda_um ? lambda_um : primaries_um, count, !lambda_um,
+                             rho, overwrite);
 }
 
 /* Readers would add a delta that is another table's. */
@@ -250,20 +231,16 @@ static hetab_status check_none(hetab_context *ctx, const char *path) {
 /* The file beside the input, if there is one, beside the output. */
 static hetab_status copy_csv(hetab_context *ctx, const hetab_convert_source *source,
                              const char *path, int overwrite) {
-  char *from = hetab_specular_path(ctx, source->path), *text = NULL;
+  HETAB_FREED char *from = hetab_specular_path(ctx, source->path), *text = NULL;
   size_t size = 0;
-  if (!from)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(from);
   FILE *file;
   (void)hetab_input_stream(ctx, from, HETAB_INPUT_TABLE, &file);
   ssize_t read = file ? getdelim(&text, &size, '\0', file) : -1;
   if (file)
     fclose(file);
-  hetab_status status =
-      read > 0 ? hetab_text_save(ctx, path, text, (size_t)read, overwrite) : check_none(ctx, path);
-  free(text);
-  free(from);
-  return status;
+  return read > 0 ? hetab_text_save(ctx, path, text, (size_t)read, overwrite)
+                  : check_none(ctx, path);
 }
 
 static double largest_specular(const hetab_convert_source *source, float *rho) {
@@ -298,32 +275,26 @@ static hetab_status path_beside(hetab_context *ctx, const hetab_convert_source *
 hetab_status hetab_convert_check_specular(hetab_context *ctx, const hetab_convert_source *source,
                                           hetab_format format, const char *path, int overwrite,
                                           double *largest) {
-  char *name;
+  HETAB_FREED char *name = NULL;
   float *rho = hetab_alloc(ctx, source->channels_in, sizeof *rho);
-  if (!rho)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(rho);
   *largest = largest_specular(source, rho);
   free(rho);
   HETAB_TRY(path_beside(ctx, source, format, path, &name));
-  hetab_status status = HETAB_OK;
   if (name)
-    status = *largest > 0 ? hetab_output_check(ctx, name, overwrite) : check_none(ctx, name);
-  free(name);
-  return status;
+    HETAB_TRY(*largest > 0 ? hetab_output_check(ctx, name, overwrite) : check_none(ctx, name));
+  return HETAB_OK;
 }
 
 hetab_status hetab_convert_save_specular(hetab_context *ctx, const hetab_convert_source *source,
                                          hetab_format format, const char *path, int overwrite,
                                          hetab_convert_report *report) {
-  char *name = NULL;
+  HETAB_FREED char *name = NULL;
   if (report->specular_max > 0)
     HETAB_TRY(path_beside(ctx, source, format, path, &name));
   if (!name)
     return HETAB_OK;
-  hetab_status status =
-      source->format == HETAB_FORMAT_H5 || hetab_lookup_wavelengths_um(source->table)
-          ? write_csv(ctx, source, name, overwrite)
-          : copy_csv(ctx, source, name, overwrite);
-  free(name);
-  return status;
+  return source->format == HETAB_FORMAT_H5 || hetab_lookup_wavelengths_um(source->table)
+             ? write_csv(ctx, source, name, overwrite)
+             : copy_csv(ctx, source, name, overwrite);
 }

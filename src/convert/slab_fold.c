@@ -113,8 +113,7 @@ hetab_status hetab_slab_fold_in(hetab_context *ctx, hetab_slab_fold *f, const he
     f->values = hetab_alloc(ctx, bytes, 1);
     f->room = f->values ? bytes : 0;
   }
-  if (!f->values)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(f->values);
   memcpy(f->values, slab->values, bytes);
   for (size_t i = 0; i < slab->theta_i_count; i++)
     add_row(f, slab->wavelength, slab->theta_i_first + i, i * row);
@@ -157,8 +156,7 @@ static hetab_status fill(hetab_context *ctx, const hetab_surface *surface, hetab
   hat_weights(hetab_grid_radians(f->grid, HETAB_PHI), count[HETAB_PHI], M_PI, both_sides,
               f->weight[HETAB_PHI]);
   f->rho = hetab_alloc(ctx, bands * count[HETAB_THETA_I], sizeof *f->rho);
-  if (!f->rho)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(f->rho);
   HETAB_TRY(hetab_specular_reflectance(ctx, surface, hetab_grid_radians(f->grid, HETAB_THETA_I),
                                        count[HETAB_THETA_I], f->rho));
   HETAB_TRY(
@@ -172,8 +170,7 @@ hetab_status hetab_slab_fold_create(hetab_context *ctx, const hetab_surface *sur
   *out = NULL;
   HETAB_TRY(check_grid(ctx, grid, cone));
   hetab_slab_fold *f = hetab_alloc(ctx, 1, sizeof *f);
-  if (!f)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(f);
   *f = (hetab_slab_fold){.grid = grid,
                          .cone = cone,
                          .precision = precision,

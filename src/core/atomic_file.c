@@ -57,7 +57,9 @@ static hetab_status open_directory(hetab_context *ctx, hetab_atomic_file *file) 
   char *slash = strrchr(file->target, '/');
   file->name = slash ? slash + 1 : file->target;
   size_t length = slash ? (size_t)(slash - file->target) : 0;
-  char *directory = !slash ? strdup(".") : length ? strndup(file->target, length) : strdup("/");
+  HETAB_FREED char *directory = !slash   ? strdup(".")
+                                : length ? strndup(file->target, length)
+                                         : strdup("/");
   if (!directory)
     return hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for the name '%s'", file->path);
   hetab_status status = HETAB_OK;
@@ -69,7 +71,6 @@ static hetab_status open_directory(hetab_context *ctx, hetab_atomic_file *file) 
   else if (file->directory < 0)
     status = hetab_fail(ctx, HETAB_ERR_IO, "cannot write '%s': cannot open the directory '%s': %m",
                         file->path, directory);
-  free(directory);
   return status;
 }
 
@@ -196,8 +197,7 @@ hetab_status hetab_atomic_target(hetab_context *ctx, const char *path, hetab_ato
   hetab_status status;
   *out = NULL;
   hetab_atomic_file *file = hetab_alloc(ctx, 1, sizeof *file);
-  if (!file)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(file);
   file->directory = file->fd = -1;
   file->path = strdup(path);
   if (!file->path)

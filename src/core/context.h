@@ -3,7 +3,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
-#include <hetab/status.h>
+#include "core/scope.h"
 
 typedef struct hetab_used_file hetab_used_file;
 
@@ -33,19 +33,3 @@ void *hetab_alloc(hetab_context *ctx, size_t count, size_t size);
  * half.
  */
 hetab_status hetab_grow(hetab_context *ctx, void *array, size_t size, size_t count, size_t *room);
-
-/* The first failure ends the function. */
-#define HETAB_TRY(expression)                                                                      \
-  do {                                                                                             \
-    hetab_status try_status_ = (expression);                                                       \
-    if (try_status_ != HETAB_OK)                                                                   \
-      return try_status_;                                                                          \
-  } while (0)
-
-/* The same where something has to be released: jumps to `done` with `status` set. */
-#define HETAB_GOTO(expression)                                                                     \
-  do {                                                                                             \
-    status = (expression);                                                                         \
-    if (status != HETAB_OK)                                                                        \
-      goto done;                                                                                   \
-  } while (0)

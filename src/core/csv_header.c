@@ -81,8 +81,7 @@ static hetab_status name_columns(hetab_csv *csv, const hetab_csv_wanted *wanted,
     csv->count--;
   hetab_csv_forget_header(csv);
   csv->column = hetab_alloc(csv->ctx, csv->count, sizeof *csv->column);
-  if (!csv->column)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(csv->column);
   for (; csv->columns < csv->count; csv->columns++) {
     hetab_csv_column *c = &csv->column[csv->columns];
     char number[24];

@@ -95,24 +95,20 @@ void hetab_atomic_drop(hetab_context *ctx, hetab_held_files *held) {
 
 hetab_status hetab_outputs_begin(hetab_context *ctx) {
   hetab_held_files *held = hetab_alloc(ctx, 1, sizeof *held);
-  if (!held)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(held);
   hetab_atomic_hold(ctx, held);
   ctx->drop_held = hetab_outputs_drop;
   return HETAB_OK;
 }
 
 hetab_status hetab_outputs_publish(hetab_context *ctx) {
-  hetab_held_files *held = ctx->held;
-  hetab_status status = hetab_atomic_publish(ctx, held);
-  free(held);
-  return status;
+  HETAB_FREED hetab_held_files *held = ctx->held;
+  return hetab_atomic_publish(ctx, held);
 }
 
 void hetab_outputs_drop(hetab_context *ctx) {
-  hetab_held_files *held = ctx->held;
+  HETAB_FREED hetab_held_files *held = ctx->held;
   hetab_atomic_drop(ctx, held);
-  free(held);
 }
 
 /* ---- reading ------------------------------------------------------------------------------- */
@@ -141,10 +137,8 @@ int hetab_held_open(hetab_context *ctx, const char *path) {
 
 /* The directory that path lies in: "." for a bare name; free() it. NULL without memory. */
 static char *directory_of(const char *path) {
-  char *copy = strdup(path);
-  char *directory = copy ? strdup(dirname(copy)) : NULL;
-  free(copy);
-  return directory;
+  HETAB_FREED char *copy = strdup(path);
+  return copy ? strdup(dirname(copy)) : NULL;
 }
 
 static const char *name_of(const char *path) {
@@ -159,11 +153,9 @@ static bool same_inode(const char *a, const char *b) {
 }
 
 bool hetab_same_file(const char *a, const char *b) {
-  char *directory_a = directory_of(a), *directory_b = directory_of(b);
+  HETAB_FREED char *directory_a = directory_of(a), *directory_b = directory_of(b);
   bool same =
       same_inode(a, b) || (directory_a && directory_b && strcmp(name_of(a), name_of(b)) == 0 &&
                            same_inode(directory_a, directory_b));
-  free(directory_a);
-  free(directory_b);
   return same;
 }

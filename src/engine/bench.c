@@ -13,6 +13,9 @@
 #include "engine/dense.h"
 #include "kernels/tables.h"
 
+HETAB_HANDLE(hetab_engine)
+HETAB_HANDLE(hetab_grid)
+
 enum { DEFAULT_SAMPLES = 20000, DEFAULT_REPEATS = 5, MOST_REPEATS = 64, LITERAL_ENTRIES = 20000 };
 /* Short runs are repeated for this long: a machine's slow moments last longer than a few of them.
  */
@@ -72,7 +75,7 @@ static void emit(const bench *b, hetab_bench_row row) {
 /* The printed equations in double on one core, at random entries of the table. */
 static hetab_status time_literal(bench *b) {
   hetab_engine_options options = {.method = HETAB_METHOD_LITERAL};
-  hetab_engine *engine;
+  HETAB_ENDS(hetab_engine_end) hetab_engine *engine = NULL;
   hetab_dense dense = {0};
   timing timing = {0};
   double sum = 0.0;
@@ -96,7 +99,6 @@ static hetab_status time_literal(bench *b) {
                               .precision = "double",
                               .entries_per_second = sum >= 0.0 ? b->literal : 0.0});
   }
-  hetab_engine_free(engine);
   return status;
 }
 
@@ -111,32 +113,27 @@ static hetab_status run_spectrum(hetab_context *ctx, const hetab_engine *engine,
 /* Median over the repeats of the time that all wavelengths take in the kernel alone. */
 static hetab_status time_kernel(bench *b, const hetab_engine *engine, hetab_dense_kernel which,
                                 double *entries_per_second) {
-  hetab_dense dense;
-  hetab_dense_lane lane = {0};
-  hetab_output out = {0};
-  hetab_status status;
+  HETAB_ENDS(hetab_dense_clear) hetab_dense dense = {0};
+  HETAB_ENDS(hetab_dense_lane_clear) hetab_dense_lane lane = {0};
+  HETAB_ENDS(hetab_output_free) hetab_output out = {0};
   timing timing = {0};
   HETAB_TRY(hetab_dense_create(b->ctx, engine, b->surface, b->grid, &dense));
-  HETAB_GOTO(hetab_dense_make_atlas(b->ctx, engine, &dense));
+  HETAB_TRY(hetab_dense_make_atlas(b->ctx, engine, &dense));
   size_t rows = dense.rows_i;
   double entries = (double)rows * (double)dense.count[HETAB_THETA_R] *
                    (double)dense.count[HETAB_PHI] * (double)dense.wavelength_count;
-  HETAB_GOTO(hetab_dense_lane_create(b->ctx, engine, &engine->lanes[0], &dense, which, &lane));
-  HETAB_GOTO(hetab_dense_lane_load(b->ctx, engine, &dense, &lane));
-  HETAB_GOTO(hetab_output_create(b->ctx, engine, lane.lane,
-                                 rows * dense.count[HETAB_THETA_R] * dense.count[HETAB_PHI], &out));
-  HETAB_GOTO(run_spectrum(b->ctx, engine, &dense, &lane, out.buffer)); /* warm-up */
+  HETAB_TRY(hetab_dense_lane_create(b->ctx, engine, &engine->lanes[0], &dense, which, &lane));
+  HETAB_TRY(hetab_dense_lane_load(b->ctx, engine, &dense, &lane));
+  HETAB_TRY(hetab_output_create(b->ctx, engine, lane.lane,
+                                rows * dense.count[HETAB_THETA_R] * dense.count[HETAB_PHI], &out));
+  HETAB_TRY(run_spectrum(b->ctx, engine, &dense, &lane, out.buffer)); /* warm-up */
   while (wants_more(b, &timing)) {
     double start = hetab_seconds();
-    HETAB_GOTO(run_spectrum(b->ctx, engine, &dense, &lane, out.buffer));
-    HETAB_GOTO(add_run(b, &timing, entries, start));
+    HETAB_TRY(run_spectrum(b->ctx, engine, &dense, &lane, out.buffer));
+    HETAB_TRY(add_run(b, &timing, entries, start));
   }
   *entries_per_second = median(timing.rates, timing.count);
-done:
-  hetab_dense_lane_clear(&lane);
-  hetab_output_free(&out);
-  hetab_dense_clear(&dense);
-  return status;
+  return HETAB_OK;
 }
 
 /* Vector operations of one entry of the rows method, counted in kernels/dense.cl and what it calls:
@@ -155,14 +152,13 @@ static hetab_status bench_method(bench *b, hetab_precision precision, hetab_meth
                                   .tolerance = tolerance};
   hetab_tabulate_options sampling = {.samples = b->options->samples ? b->options->samples
                                                                     : DEFAULT_SAMPLES};
-  hetab_engine *engine;
+  HETAB_ENDS(hetab_engine_end) hetab_engine *engine = NULL;
   hetab_report report = {0};
   double rate = 0.0;
-  hetab_status status;
   HETAB_TRY(hetab_engine_create(b->ctx, &options, &engine));
-  HETAB_GOTO(time_kernel(
+  HETAB_TRY(time_kernel(
       b, engine, method == HETAB_METHOD_ROWS ? HETAB_DENSE_ROWS : HETAB_DENSE_SERIES, &rate));
-  HETAB_GOTO(hetab_tabulate(b->ctx, engine, b->surface, b->grid, &sampling, NULL, NULL, &report));
+  HETAB_TRY(hetab_tabulate(b->ctx, engine, b->surface, b->grid, &sampling, NULL, NULL, &report));
   emit(b, (hetab_bench_row){.method = hetab_method_name(method),
                             .precision = hetab_precision_name(precision),
                             .tolerance = tolerance,
@@ -170,9 +166,7 @@ static hetab_status bench_method(bench *b, hetab_precision precision, hetab_meth
                             .operations_per_entry =
                                 method == HETAB_METHOD_ROWS ? rows_operations(engine) : 0.0,
                             .error = report.error});
-done:
-  hetab_engine_free(engine);
-  return status;
+  return HETAB_OK;
 }
 
 /* What arrives in the host's memory: the whole call, over grids refined until it takes a while. */
@@ -181,26 +175,22 @@ static hetab_status time_delivered(bench *b, hetab_precision precision, double t
                                   .precision = precision,
                                   .tolerance = tolerance};
   hetab_tabulate_options unsampled = {.samples = 0};
-  hetab_engine *engine;
-  hetab_grid *grid = NULL;
+  HETAB_ENDS(hetab_engine_end) hetab_engine *engine = NULL;
+  HETAB_ENDS(hetab_grid_end) hetab_grid *grid = NULL;
   hetab_report report = {0};
-  hetab_status status;
   HETAB_TRY(hetab_engine_create(b->ctx, &options, &engine));
-  HETAB_GOTO(hetab_grid_create(b->ctx, &grid));
+  HETAB_TRY(hetab_grid_create(b->ctx, &grid));
   for (int count = 90; report.wall_seconds < ENOUGH_SECONDS && count < 24000; count *= 4) {
     char axis[32];
     snprintf(axis, sizeof axis, "0:90:%d", count);
-    HETAB_GOTO(hetab_grid_set_axis(b->ctx, grid, HETAB_THETA_I, axis));
-    HETAB_GOTO(hetab_tabulate(b->ctx, engine, b->surface, grid, &unsampled, NULL, NULL, &report));
+    HETAB_TRY(hetab_grid_set_axis(b->ctx, grid, HETAB_THETA_I, axis));
+    HETAB_TRY(hetab_tabulate(b->ctx, engine, b->surface, grid, &unsampled, NULL, NULL, &report));
   }
   emit(b, (hetab_bench_row){.method = "delivered",
                             .precision = hetab_precision_name(precision),
                             .tolerance = tolerance,
                             .entries_per_second = report.entries / report.wall_seconds});
-done:
-  hetab_grid_free(grid);
-  hetab_engine_free(engine);
-  return status;
+  return HETAB_OK;
 }
 
 static hetab_status run_peak(hetab_context *ctx, const hetab_engine *engine, cl_kernel kernel,

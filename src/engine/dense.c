@@ -222,18 +222,16 @@ void hetab_dense_lane_clear(hetab_dense_lane *l) {
 static hetab_status upload_pairs(hetab_context *ctx, const hetab_engine *engine,
                                  const hetab_dense *dense, hetab_dense_lane *l) {
   size_t per_row = dense->count[HETAB_THETA_R];
-  double *reals = hetab_alloc(ctx, l->count * per_row, HETAB_PAIR_REALS * sizeof *reals);
-  if (!reals)
-    return HETAB_ERR_MEMORY;
+  HETAB_FREED double *reals =
+      hetab_alloc(ctx, l->count * per_row, HETAB_PAIR_REALS * sizeof *reals);
+  HETAB_NEED(reals);
   for (size_t i = 0; i < l->count; i++)
     for (size_t r = 0; r < per_row; r++) {
       hetab_pair pair = hetab_pair_of(&dense->theta_i[l->first + i], &dense->theta_r[r]);
       pair_row(engine, &pair, reals + (i * per_row + r) * HETAB_PAIR_REALS);
     }
-  hetab_status status = hetab_lane_upload(ctx, engine, l->lane, reals,
-                                          l->count * per_row * HETAB_PAIR_REALS, &l->pairs);
-  free(reals);
-  return status;
+  return hetab_lane_upload(ctx, engine, l->lane, reals, l->count * per_row * HETAB_PAIR_REALS,
+                           &l->pairs);
 }
 
 /* A row (i, r) of the slab: its number and its mirror image's, or -1; 0 if that one comes first. */
@@ -255,8 +253,8 @@ static int is_low(const hetab_dense *dense, const hetab_dense_lane *l, size_t i,
 /* The rows to compute, and those of them that the series takes. */
 static hetab_status upload_rows(hetab_context *ctx, const hetab_dense *dense, hetab_dense_lane *l) {
   size_t per_row = dense->count[HETAB_THETA_R];
-  cl_int(*rows)[2] = hetab_alloc(ctx, l->count * per_row, sizeof *rows);
-  cl_int(*low)[2] = hetab_alloc(ctx, l->count * per_row, sizeof *low);
+  HETAB_FREED cl_int(*rows)[2] = hetab_alloc(ctx, l->count * per_row, sizeof *rows);
+  HETAB_FREED cl_int(*low)[2] = hetab_alloc(ctx, l->count * per_row, sizeof *low);
   hetab_status status = rows && low ? HETAB_OK : HETAB_ERR_MEMORY;
   l->row_count = l->low_count = 0;
   for (size_t i = 0; status == HETAB_OK && i < l->count; i++)
@@ -271,8 +269,6 @@ static hetab_status upload_rows(hetab_context *ctx, const hetab_dense *dense, he
     status = hetab_lane_upload_bytes(ctx, l->lane, rows, l->row_count * sizeof *rows, &l->rows);
   if (status == HETAB_OK && l->low_count)
     status = hetab_lane_upload_bytes(ctx, l->lane, low, l->low_count * sizeof *low, &l->low_rows);
-  free(rows);
-  free(low);
   return status;
 }
 

@@ -85,8 +85,7 @@ hetab_status hetab_engine_create(hetab_context *ctx, const hetab_engine_options 
   HETAB_OPTIONS(ctx, hetab_engine_options, o, options);
   HETAB_TRY(check_rows_tolerance(ctx, &o));
   hetab_engine *engine = hetab_alloc(ctx, 1, sizeof *engine);
-  if (!engine)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(engine);
   engine->precision = o.method == HETAB_METHOD_LITERAL ? HETAB_DOUBLE : o.precision;
   engine->method = o.method;
   double usual = engine->precision == HETAB_DOUBLE ? DOUBLE_USUAL : FLOAT_USUAL;
@@ -115,8 +114,7 @@ void hetab_engine_free(hetab_engine *engine) {
 hetab_status hetab_engine_borrow_series(hetab_context *ctx, const hetab_engine *engine,
                                         hetab_engine **out) {
   *out = hetab_alloc(ctx, 1, sizeof **out);
-  if (!*out)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(*out);
   **out = *engine;
   if (engine->method == HETAB_METHOD_ROWS)
     (*out)->method = HETAB_METHOD_SERIES;

@@ -200,14 +200,11 @@ hetab_status hetab_lane_upload(hetab_context *ctx, const hetab_engine *engine,
                                cl_mem *out) {
   if (engine->precision == HETAB_DOUBLE)
     return hetab_lane_upload_bytes(ctx, lane, values, count * sizeof *values, out);
-  float *narrow = hetab_alloc(ctx, count, sizeof *narrow);
-  if (!narrow)
-    return HETAB_ERR_MEMORY;
+  HETAB_FREED float *narrow = hetab_alloc(ctx, count, sizeof *narrow);
+  HETAB_NEED(narrow);
   for (size_t i = 0; i < count; i++)
     narrow[i] = (float)values[i];
-  hetab_status status = hetab_lane_upload_bytes(ctx, lane, narrow, count * sizeof *narrow, out);
-  free(narrow);
-  return status;
+  return hetab_lane_upload_bytes(ctx, lane, narrow, count * sizeof *narrow, out);
 }
 
 void hetab_release(cl_mem buffer) {

@@ -15,8 +15,7 @@ static hetab_status select_bands(hetab_merl_job *job) {
   size_t own = hetab_surface_band_count(job->surface);
   job->band_count = o->colour == HETAB_MERL_SRGB ? own : o->colour == HETAB_MERL_MONO ? 1 : 3;
   job->bands = hetab_alloc(job->ctx, job->band_count, sizeof *job->bands);
-  if (!job->bands)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(job->bands);
   for (size_t b = 0; b < job->band_count; b++) {
     if (o->colour == HETAB_MERL_SRGB)
       job->bands[b] = hetab_surface_bands(job->surface)[b];
@@ -29,7 +28,7 @@ static hetab_status select_bands(hetab_merl_job *job) {
 /* What each wavelength adds to each channel: X, Y, Z for colour, the channels themselves else. */
 static hetab_status set_weights(hetab_merl_job *job) {
   size_t count = job->band_count;
-  double *lambda_um = hetab_alloc(job->ctx, count, sizeof *lambda_um);
+  HETAB_FREED double *lambda_um = hetab_alloc(job->ctx, count, sizeof *lambda_um);
   job->weights = hetab_alloc(job->ctx, count, sizeof *job->weights);
   hetab_status status = lambda_um && job->weights ? HETAB_OK : HETAB_ERR_MEMORY;
   for (size_t w = 0; lambda_um && w < count; w++)
@@ -39,15 +38,13 @@ static hetab_status set_weights(hetab_merl_job *job) {
   else if (status == HETAB_OK)
     for (size_t c = 0; c < HETAB_MERL_CHANNELS; c++)
       job->weights[count == 1 ? 0 : c][c] = 1.0;
-  free(lambda_um);
   return status;
 }
 
 static hetab_status set_waves(hetab_merl_job *job) {
   size_t count = job->band_count;
   job->waves = hetab_alloc(job->ctx, count, HETAB_WAVE_REALS * sizeof *job->waves);
-  if (!job->waves)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(job->waves);
   for (size_t w = 0; w < count; w++) {
     double *row = job->waves + w * HETAB_WAVE_REALS;
     hetab_band_row(job->engine, job->surface, &job->bands[w], row);
@@ -120,7 +117,7 @@ hetab_status hetab_merl_job_add_cone(hetab_merl_job *job) {
     return HETAB_OK;
   size_t rows = cone_rows(job->options->specular_cone);
   double cone = hetab_merl_angles((hetab_merl_place){(double)rows, 0.0, 0.0}).theta_h;
-  double *bands = hetab_alloc(job->ctx, job->band_count, sizeof *bands);
+  HETAB_FREED double *bands = hetab_alloc(job->ctx, job->band_count, sizeof *bands);
   hetab_status status =
       bands ? hetab_fold_create(job->ctx, job->surface, job->bands, job->band_count, cone, &fold)
             : HETAB_ERR_MEMORY;
@@ -128,7 +125,6 @@ hetab_status hetab_merl_job_add_cone(hetab_merl_job *job) {
     add_lobe(job, fold, cell, bands);
   if (status == HETAB_OK)
     hetab_fold_free(fold);
-  free(bands);
   return status;
 }
 

@@ -56,13 +56,11 @@ static void fill_cosines(const hetab_merl_job *job, const double *cos_phi, doubl
 /* The rows' tables for one offset within the cells along theta_h and theta_d. */
 static hetab_status upload_frame(hetab_merl_job *job, double offset_h, double offset_d) {
   const hetab_lane *lane = &job->engine->lanes[0];
-  hetab_status status = HETAB_ERR_MEMORY;
-  double *frame = hetab_alloc(job->ctx, ROWS, HETAB_FRAME_REALS * sizeof *frame);
-  double *mu_i = hetab_alloc(job->ctx, ROWS, job->stride * sizeof *mu_i);
-  double *mu_r = hetab_alloc(job->ctx, ROWS, job->stride * sizeof *mu_r);
-  double *cos_phi = hetab_alloc(job->ctx, job->phi_samples, sizeof *cos_phi);
-  if (!frame || !mu_i || !mu_r || !cos_phi)
-    goto done;
+  HETAB_FREED double *frame = hetab_alloc(job->ctx, ROWS, HETAB_FRAME_REALS * sizeof *frame);
+  HETAB_FREED double *mu_i = hetab_alloc(job->ctx, ROWS, job->stride * sizeof *mu_i);
+  HETAB_FREED double *mu_r = hetab_alloc(job->ctx, ROWS, job->stride * sizeof *mu_r);
+  HETAB_FREED double *cos_phi = hetab_alloc(job->ctx, job->phi_samples, sizeof *cos_phi);
+  HETAB_NEED(frame && mu_i && mu_r && cos_phi);
   for (size_t p = 0; p < job->phi_samples; p++) {
     double index = phi_index(job, p);
     cos_phi[p] = index == 0.5 * HETAB_MERL_PHI_D
@@ -80,16 +78,10 @@ static hetab_status upload_frame(hetab_merl_job *job, double offset_h, double of
     fill_cosines(job, cos_phi, theta_h, theta_d, mu_i + row * job->stride,
                  mu_r + row * job->stride);
   }
-  HETAB_GOTO(hetab_lane_upload(job->ctx, job->engine, lane, frame, (size_t)ROWS * HETAB_FRAME_REALS,
-                               &job->frame));
-  HETAB_GOTO(hetab_lane_upload(job->ctx, job->engine, lane, mu_i, ROWS * job->stride, &job->mu_i));
-  HETAB_GOTO(hetab_lane_upload(job->ctx, job->engine, lane, mu_r, ROWS * job->stride, &job->mu_r));
-done:
-  free(frame);
-  free(mu_i);
-  free(mu_r);
-  free(cos_phi);
-  return status;
+  HETAB_TRY(hetab_lane_upload(job->ctx, job->engine, lane, frame, (size_t)ROWS * HETAB_FRAME_REALS,
+                              &job->frame));
+  HETAB_TRY(hetab_lane_upload(job->ctx, job->engine, lane, mu_i, ROWS * job->stride, &job->mu_i));
+  return hetab_lane_upload(job->ctx, job->engine, lane, mu_r, ROWS * job->stride, &job->mu_r);
 }
 
 static void release_frame(hetab_merl_job *job) {
@@ -187,16 +179,13 @@ static hetab_status upload_no_atlas(hetab_merl_job *job) {
 }
 
 static hetab_status upload_atlas(hetab_merl_job *job) {
-  double *transposed;
+  HETAB_FREED double *transposed = NULL;
   HETAB_TRY(hetab_engine_atlas(job->ctx, job->engine, job->waves, job->band_count,
                                hetab_tau_2sigma(job->surface), &job->atlas));
   HETAB_TRY(hetab_atlas_transpose(job->ctx, &job->atlas, &transposed));
   size_t table = (size_t)job->atlas.degree_x * (size_t)job->atlas.pad_g;
-  hetab_status status =
-      hetab_lane_upload_atlas(job->ctx, job->engine, &job->engine->lanes[0], &job->atlas,
-                              transposed, table, &job->atlas_buffers);
-  free(transposed);
-  return status;
+  return hetab_lane_upload_atlas(job->ctx, job->engine, &job->engine->lanes[0], &job->atlas,
+                                 transposed, table, &job->atlas_buffers);
 }
 
 static hetab_status build_kernels(hetab_merl_job *job) {
@@ -226,8 +215,7 @@ static hetab_status prepare(hetab_merl_job *job) {
   job->stride = (job->phi_samples + 15) / 16 * 16;
   job->sum = hetab_alloc(ctx, (size_t)HETAB_MERL_CHANNELS * HETAB_MERL_CELLS, sizeof *job->sum);
   job->valid = hetab_alloc(ctx, HETAB_MERL_CELLS, 1);
-  if (!job->sum || !job->valid)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(job->sum && job->valid);
   HETAB_TRY(job->engine->method == HETAB_METHOD_ROWS ? upload_atlas(job) : upload_no_atlas(job));
   HETAB_TRY(build_kernels(job));
   HETAB_TRY(hetab_lane_upload(ctx, job->engine, lane, job->waves,
@@ -259,17 +247,17 @@ hetab_status hetab_tabulate_merl(hetab_context *ctx, hetab_engine *engine,
   HETAB_OPTIONS(ctx, hetab_merl_options, o, options);
   o.samples = o.samples == HETAB_NO_SAMPLES ? 0 : o.samples ? o.samples : 500;
   double start = hetab_seconds();
-  hetab_status status;
   hetab_error_stats error = {0};
+  HETAB_ENDS(clear)
   hetab_merl_job job = {.ctx = ctx, .engine = engine, .surface = surface, .options = &o};
   if (!engine->lane_count)
     return hetab_fail(ctx, HETAB_ERR_UNSUPPORTED,
                       "MERL tables are computed on a device; use another method than literal");
-  HETAB_GOTO(prepare(&job));
-  HETAB_GOTO(evaluate_cells(&job));
-  HETAB_GOTO(hetab_merl_job_error(&job, &error));
-  HETAB_GOTO(hetab_merl_job_add_cone(&job));
-  HETAB_GOTO(hetab_merl_create(ctx, out));
+  HETAB_TRY(prepare(&job));
+  HETAB_TRY(evaluate_cells(&job));
+  HETAB_TRY(hetab_merl_job_error(&job, &error));
+  HETAB_TRY(hetab_merl_job_add_cone(&job));
+  HETAB_TRY(hetab_merl_create(ctx, out));
   size_t clamped = hetab_merl_job_fill(&job, *out);
   hetab_merl_set_specular_cone(*out, o.specular_cone);
   if (report) {
@@ -280,7 +268,5 @@ hetab_status hetab_tabulate_merl(hetab_context *ctx, hetab_engine *engine,
     report->error = error;
     report->clamped = clamped;
   }
-done:
-  clear(&job);
-  return status;
+  return HETAB_OK;
 }

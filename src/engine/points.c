@@ -116,22 +116,18 @@ static void take_points(void *user, const hetab_engine *engine, const void *resu
 
 static hetab_status run_batches(hetab_context *ctx, const hetab_engine *engine, cl_kernel kernel,
                                 const hetab_point *points, size_t count, hetab_value *values) {
-  hetab_status status = HETAB_OK;
-  double *in = hetab_alloc(ctx, (size_t)BATCH * HETAB_POINT_REALS, sizeof *in);
-  if (!in)
-    return HETAB_ERR_MEMORY;
-  for (size_t first = 0; first < count && status == HETAB_OK; first += BATCH) {
+  HETAB_FREED double *in = hetab_alloc(ctx, (size_t)BATCH * HETAB_POINT_REALS, sizeof *in);
+  HETAB_NEED(in);
+  for (size_t first = 0; first < count; first += BATCH) {
     batch b = {columns_of(in, count - first < BATCH ? count - first : BATCH), points + first,
                values + first};
     hetab_args args = {ctx, engine, &engine->lanes[0], kernel, 0, HETAB_OK};
     for (size_t i = 0; i < b.columns.count; i++)
       set_point(&b.columns, i, &b.points[i]);
-    status = run(&args, &b.columns, HETAB_POINT_REALS, HETAB_RESULT_REALS, 1, take_points, &b);
-    if (status == HETAB_OK)
-      status = hetab_progress(ctx, (double)(first + b.columns.count), (double)count);
+    HETAB_TRY(run(&args, &b.columns, HETAB_POINT_REALS, HETAB_RESULT_REALS, 1, take_points, &b));
+    HETAB_TRY(hetab_progress(ctx, (double)(first + b.columns.count), (double)count));
   }
-  free(in);
-  return status;
+  return HETAB_OK;
 }
 
 hetab_status hetab_evaluate(hetab_context *ctx, hetab_engine *engine, const hetab_point *points,
@@ -165,8 +161,7 @@ hetab_status hetab_places_create(hetab_context *ctx, const hetab_engine *engine,
         "fits and tables of points run on a device: create the engine with the series "
         "method");
   hetab_places *places = hetab_alloc(ctx, 1, sizeof *places);
-  if (!places)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(places);
   places->engine = engine;
   places->in = hetab_alloc(ctx, (size_t)BATCH * HETAB_PLACE_REALS, sizeof *places->in);
   hetab_build build = {.program = "points", .kernel = "hetab_k_places"};
@@ -205,9 +200,8 @@ static void take_planes(void *user, const hetab_engine *engine, const void *resu
 static hetab_status upload_waves(hetab_context *ctx, const hetab_engine *engine, double sigma0_um,
                                  double tau_um, const hetab_band *bands, size_t count,
                                  const double (*weights)[3], cl_mem *out) {
-  double *rows = hetab_alloc(ctx, count, HETAB_WAVE_REALS * sizeof *rows);
-  if (!rows)
-    return HETAB_ERR_MEMORY;
+  HETAB_FREED double *rows = hetab_alloc(ctx, count, HETAB_WAVE_REALS * sizeof *rows);
+  HETAB_NEED(rows);
   for (size_t b = 0; b < count; b++) {
     double *row = rows + b * HETAB_WAVE_REALS;
     hetab_wave wave = hetab_wave_of(sigma0_um, tau_um, &bands[b]);
@@ -215,10 +209,7 @@ static hetab_status upload_waves(hetab_context *ctx, const hetab_engine *engine,
     if (weights)
       memcpy(row + HETAB_WAVE_WEIGHTS, weights[b], sizeof weights[b]);
   }
-  hetab_status status =
-      hetab_lane_upload(ctx, engine, &engine->lanes[0], rows, count * HETAB_WAVE_REALS, out);
-  free(rows);
-  return status;
+  return hetab_lane_upload(ctx, engine, &engine->lanes[0], rows, count * HETAB_WAVE_REALS, out);
 }
 
 hetab_status hetab_places_evaluate(hetab_context *ctx, hetab_places *places, double sigma0_um,

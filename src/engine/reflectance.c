@@ -99,8 +99,7 @@ static job job_of(const integration *in, const hetab_hemisphere *at, size_t angl
 static hetab_status plan(integration *in, const double *theta_i) {
   double tau_2sigma = hetab_tau_2sigma(in->surface);
   in->jobs = hetab_alloc(in->ctx, in->angle_count, in->band_count * sizeof *in->jobs);
-  if (!in->jobs)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(in->jobs);
   for (size_t a = 0; a < in->angle_count; a++) {
     hetab_hemisphere at = hetab_hemisphere_at(theta_i[a], tau_2sigma);
     for (size_t first = 0, end; at.in.mu > 0.0 && first < in->band_count; first = end) {
@@ -178,12 +177,11 @@ static hetab_status prepare(const integration *in, launch *l) {
   size_t most = 0;
   for (size_t i = l->first; i < l->end; i++)
     most = in->jobs[i].nodes > most ? in->jobs[i].nodes : most;
-  hetab_node *nodes = hetab_alloc(in->ctx, most, sizeof *nodes);
+  HETAB_FREED hetab_node *nodes = hetab_alloc(in->ctx, most, sizeof *nodes);
   l->nodes = hetab_alloc(in->ctx, l->stride, HETAB_NODE_REALS * sizeof *l->nodes);
   l->rays = hetab_alloc(in->ctx, l->ray_count, HETAB_RAY_INTS * sizeof *l->rays);
   if (nodes && l->nodes && l->rays)
     fill_launch(in, l, nodes);
-  free(nodes);
   return nodes && l->nodes && l->rays ? HETAB_OK : HETAB_ERR_MEMORY;
 }
 
@@ -378,8 +376,7 @@ static void fill_rest(const integration *in, const double *theta_i) {
 static hetab_status open_kernel(integration *in) {
   const hetab_lane *lane = &in->engine->lanes[0];
   double *rows = hetab_alloc(in->ctx, in->band_count, HETAB_WAVE_REALS * sizeof *rows);
-  if (!rows)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(rows);
   for (size_t b = 0; b < in->band_count; b++) {
     hetab_wave wave =
         hetab_wave_of(hetab_surface_sigma0_um(in->surface), hetab_surface_tau_um(in->surface),
@@ -408,8 +405,7 @@ hetab_status hetab_reflectance_dh(hetab_context *ctx, hetab_engine *engine,
   HETAB_TRY(check(ctx, engine, theta_i, count, tolerance));
   HETAB_TRY(hetab_check_surface(ctx, surface));
   in.out = hetab_alloc(ctx, in.band_count * count, sizeof *out);
-  if (!in.out)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(in.out);
   HETAB_GOTO(plan(&in, theta_i));
   HETAB_GOTO(open_kernel(&in));
   HETAB_GOTO(integrate(&in));

@@ -15,15 +15,12 @@ typedef struct colour_weights {
 static hetab_status weights_of(hetab_context *ctx, const hetab_surface *surface,
                                colour_weights *weights) {
   size_t count = hetab_surface_band_count(surface);
-  double *lambda_um = hetab_alloc(ctx, count, sizeof *lambda_um);
+  HETAB_FREED double *lambda_um = hetab_alloc(ctx, count, sizeof *lambda_um);
   *weights = (colour_weights){hetab_alloc(ctx, count, sizeof *weights->xyz), count};
-  hetab_status status = lambda_um && weights->xyz ? HETAB_OK : HETAB_ERR_MEMORY;
-  for (size_t b = 0; status == HETAB_OK && b < count; b++)
+  HETAB_NEED(lambda_um && weights->xyz);
+  for (size_t b = 0; b < count; b++)
     lambda_um[b] = hetab_surface_bands(surface)[b].lambda_um;
-  if (status == HETAB_OK)
-    status = hetab_xyz_weights(ctx, lambda_um, count, weights->xyz);
-  free(lambda_um);
-  return status;
+  return hetab_xyz_weights(ctx, lambda_um, count, weights->xyz);
 }
 
 /* Of the spectrum reflectances[band * stride]: of dh, or of the polished material. */

@@ -326,9 +326,8 @@ static hetab_status run(job *job, hetab_sample *sample, hetab_slab_fn sink, void
                         double total) {
   int count = job->engine->lane_count ? job->engine->lane_count : 1, started = 0;
   hetab_status status = HETAB_OK;
-  worker *workers = hetab_alloc(job->ctx, (size_t)count, sizeof *workers);
-  if (!workers)
-    return HETAB_ERR_MEMORY;
+  HETAB_FREED worker *workers = hetab_alloc(job->ctx, (size_t)count, sizeof *workers);
+  HETAB_NEED(workers);
   for (; started < count && status == HETAB_OK; started++) {
     worker *w = &workers[started];
     w->job = job;
@@ -343,7 +342,6 @@ static hetab_status run(job *job, hetab_sample *sample, hetab_slab_fn sink, void
   if (status == HETAB_OK)
     status = deliver(job, workers, count, sample, sink, user, total);
   stop_all(job, workers, started);
-  free(workers);
   return status;
 }
 

@@ -39,24 +39,22 @@ static void add_scaled(const hetab_reflectance *r, double factor, hetab_reflecta
 /* Evaluates the nodes j = first, first + step, ... below `intervals` and adds them to the sums. */
 static hetab_status add_nodes(sky *s, size_t first, size_t step) {
   size_t count = (s->intervals - 1 - first) / step + 1;
-  double *theta = hetab_alloc(s->ctx, count, sizeof *theta);
-  hetab_reflectance *values = hetab_alloc(s->ctx, count * s->band_count, sizeof *values);
-  hetab_status status = theta && values ? HETAB_OK : HETAB_ERR_MEMORY;
-  for (size_t i = 0; status == HETAB_OK && i < count; i++) {
+  HETAB_FREED double *theta = hetab_alloc(s->ctx, count, sizeof *theta);
+  HETAB_FREED hetab_reflectance *values =
+      hetab_alloc(s->ctx, count * s->band_count, sizeof *values);
+  HETAB_NEED(theta && values);
+  for (size_t i = 0; i < count; i++) {
     hetab_crowded mu = hetab_crowd((double)(first + i * step) / (double)s->intervals);
     theta[i] = theta_at(&mu);
   }
-  if (status == HETAB_OK)
-    status = hetab_reflectance_dh(s->ctx, s->engine, s->surface, theta, count, 0.5 * s->tolerance,
-                                  values);
-  for (size_t i = 0; status == HETAB_OK && i < count; i++) {
+  HETAB_TRY(hetab_reflectance_dh(s->ctx, s->engine, s->surface, theta, count, 0.5 * s->tolerance,
+                                 values));
+  for (size_t i = 0; i < count; i++) {
     hetab_crowded mu = hetab_crowd((double)(first + i * step) / (double)s->intervals);
     for (size_t b = 0; b < s->band_count; b++)
       add_scaled(&values[b * count + i], 2.0 * mu.w * mu.slope, &s->sums[b]);
   }
-  free(theta);
-  free(values);
-  return status;
+  return HETAB_OK;
 }
 
 static hetab_reflectance value_of(const sky *s, size_t band) {

@@ -297,10 +297,9 @@ static void add_residual(const hetab_fit_problem *p, const hetab_fit *fit, size_
 }
 
 static hetab_status fill_residuals(const hetab_fit_problem *p, hetab_fit *fit) {
-  incidence_sums *sums = hetab_alloc(p->ctx, p->data.incidence_count, sizeof *sums);
+  HETAB_FREED incidence_sums *sums = hetab_alloc(p->ctx, p->data.incidence_count, sizeof *sums);
   double plain = 0;
-  if (!sums)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(sums);
   for (size_t i = 0; i < p->data.count; i++)
     for (size_t b = 0; b < fit->bands; b++)
       add_residual(p, fit, i, b, &sums[p->data.incidence[i]]);
@@ -317,7 +316,6 @@ static hetab_status fill_residuals(const hetab_fit_problem *p, hetab_fit *fit) {
     plain += s->plain;
   }
   fit->rms = sqrt(plain / (double)p->data.values);
-  free(sums);
   return HETAB_OK;
 }
 
@@ -362,8 +360,7 @@ static hetab_status take_name(hetab_context *ctx, const char *path, hetab_surfac
   const char *dot = strrchr(base, '.');
   size_t length = dot && dot > base ? (size_t)(dot - base) : strlen(base);
   char *name = hetab_alloc(ctx, length + 1, 1);
-  if (!name)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(name);
   memcpy(name, base, length);
   free(surface->name);
   surface->name = name;
@@ -385,8 +382,7 @@ static hetab_status take_surface(hetab_fit_problem *p, const char *name, hetab_f
   if (fit->stop == HETAB_FIT_STOP_INFEASIBLE)
     return HETAB_OK;
   double *diffuse = hetab_alloc(p->ctx, p->groups, sizeof *diffuse);
-  if (!diffuse)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(diffuse);
   memcpy(diffuse, fit->diffuse, p->groups * sizeof *diffuse);
   free(surface->diffuse);
   surface->diffuse = diffuse;
@@ -433,8 +429,7 @@ hetab_status hetab_fit_create(hetab_context *ctx, hetab_engine *engine,
   HETAB_OPTIONS(ctx, hetab_fit_options, own, options);
   hetab_fit_problem problem = {.ctx = ctx, .options = own, .dull = HUGE_VAL};
   hetab_fit *fit = hetab_alloc(ctx, 1, sizeof *fit);
-  if (!fit)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(fit);
   hetab_status status = run(&problem, engine, measurements, fit);
   clear_problem(&problem);
   if (status != HETAB_OK) {

@@ -192,19 +192,16 @@ static void find_covariance(hetab_fit_curvature *c) {
 
 hetab_status hetab_fit_curvature_create(hetab_fit_problem *problem, const hetab_fit_state *best,
                                         hetab_fit_curvature *c) {
-  hetab_fit_state state = {0};
-  hetab_status status;
+  HETAB_ENDS(hetab_fit_state_clear) hetab_fit_state state = {0};
   *c = (hetab_fit_curvature){.p = problem, .best = best};
-  HETAB_GOTO(allocate(c));
-  HETAB_GOTO(hetab_fit_state_create(problem, &state));
+  HETAB_TRY(allocate(c));
+  HETAB_TRY(hetab_fit_state_create(problem, &state));
   choose_unknowns(c);
-  HETAB_GOTO(differentiate(c, &state));
+  HETAB_TRY(differentiate(c, &state));
   add_held_diffuse(c);
   c->held = problem->constrained && best->spare < 0.1 * HETAB_FIT_SLACK && c->moving > 0;
   find_covariance(c);
-done:
-  hetab_fit_state_clear(&state);
-  return status;
+  return HETAB_OK;
 }
 
 double hetab_fit_follows(const hetab_fit_curvature *c, hetab_fit_quantity quantity,

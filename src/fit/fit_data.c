@@ -45,8 +45,7 @@ static hetab_status choose_bands(hetab_context *ctx, const hetab_measurements *m
                       data->bands, HETAB_FIT_MOST_BANDS);
   data->band_of = hetab_alloc(ctx, data->bands, sizeof *data->band_of);
   data->lambda_um = hetab_alloc(ctx, data->bands, sizeof *data->lambda_um);
-  if (!data->band_of || !data->lambda_um)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(data->band_of && data->lambda_um);
   for (size_t b = 0; b < data->bands; b++) {
     size_t band = o->lambda_count ? nearest_band(m, o->lambda_um[b]) : b;
     if (o->lambda_count && !(fabs(all[band] - o->lambda_um[b]) <= WAVELENGTH_TOLERANCE_UM))
@@ -138,7 +137,7 @@ static void thin(const hetab_fit_options *o, hetab_fit_data *data) {
 static hetab_status choose_pairs(hetab_context *ctx, const hetab_measurements *m,
                                  const hetab_fit_options *o, hetab_fit_data *data) {
   hetab_status status = HETAB_OK;
-  unsigned char *found = hetab_alloc(ctx, o->theta_i_count, 1);
+  HETAB_FREED unsigned char *found = hetab_alloc(ctx, o->theta_i_count, 1);
   data->pair_of = hetab_alloc(ctx, hetab_measurements_pair_count(m), sizeof *data->pair_of);
   if (!found || !data->pair_of)
     status = HETAB_ERR_MEMORY;
@@ -153,7 +152,6 @@ static hetab_status choose_pairs(hetab_context *ctx, const hetab_measurements *m
                         "incidences, the plane and the wavelengths chosen",
                         hetab_measurements_name(m));
   thin(o, data);
-  free(found);
   return status;
 }
 
@@ -163,8 +161,7 @@ static hetab_status copy_values(hetab_context *ctx, const hetab_measurements *m,
   data->pairs = hetab_alloc(ctx, data->count, sizeof *data->pairs);
   data->measured = hetab_alloc(ctx, data->count * data->bands, sizeof *data->measured);
   data->weight = hetab_alloc(ctx, data->count * data->bands, sizeof *data->weight);
-  if (!data->pairs || !data->measured || !data->weight)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(data->pairs && data->measured && data->weight);
   for (size_t i = 0; i < data->count; i++) {
     const double *values = hetab_measurements_values(m) + data->pair_of[i] * wavelengths;
     data->pairs[i] = hetab_measurements_pairs(m)[data->pair_of[i]];
@@ -215,30 +212,24 @@ static size_t number_bins(const keyed *sorted, size_t count, size_t *group) {
 
 /* An incidence's angle is the mean of its measurements'. */
 static hetab_status number_incidences(hetab_context *ctx, hetab_fit_data *data) {
-  hetab_status status = HETAB_OK;
-  keyed *sorted = hetab_alloc(ctx, data->count, sizeof *sorted);
-  double *members = hetab_alloc(ctx, data->count, sizeof *members);
+  HETAB_FREED keyed *sorted = hetab_alloc(ctx, data->count, sizeof *sorted);
+  HETAB_FREED double *members = hetab_alloc(ctx, data->count, sizeof *members);
   data->incidence = hetab_alloc(ctx, data->count, sizeof *data->incidence);
   data->theta_i = hetab_alloc(ctx, data->count, sizeof *data->theta_i);
-  if (!sorted || !members || !data->incidence || !data->theta_i)
-    status = HETAB_ERR_MEMORY;
-  for (size_t i = 0; status == HETAB_OK && i < data->count; i++)
+  HETAB_NEED(sorted && members && data->incidence && data->theta_i);
+  for (size_t i = 0; i < data->count; i++)
     sorted[i] = (keyed){hetab_degrees(data->pairs[i].theta_i), i};
-  if (status == HETAB_OK) {
-    qsort(sorted, data->count, sizeof *sorted, by_key);
-    data->incidence_count = number_groups(sorted, data->count, SAME_ANGLE_DEG, data->incidence);
-    if (data->incidence_count > MOST_INCIDENCES)
-      data->incidence_count = number_bins(sorted, data->count, data->incidence);
-    for (size_t i = 0; i < data->count; i++) {
-      data->theta_i[data->incidence[i]] += data->pairs[i].theta_i;
-      members[data->incidence[i]]++;
-    }
-    for (size_t t = 0; t < data->incidence_count; t++)
-      data->theta_i[t] /= members[t];
+  qsort(sorted, data->count, sizeof *sorted, by_key);
+  data->incidence_count = number_groups(sorted, data->count, SAME_ANGLE_DEG, data->incidence);
+  if (data->incidence_count > MOST_INCIDENCES)
+    data->incidence_count = number_bins(sorted, data->count, data->incidence);
+  for (size_t i = 0; i < data->count; i++) {
+    data->theta_i[data->incidence[i]] += data->pairs[i].theta_i;
+    members[data->incidence[i]]++;
   }
-  free(sorted);
-  free(members);
-  return status;
+  for (size_t t = 0; t < data->incidence_count; t++)
+    data->theta_i[t] /= members[t];
+  return HETAB_OK;
 }
 
 hetab_status hetab_fit_data_select(hetab_context *ctx, const hetab_measurements *measurements,
@@ -270,9 +261,8 @@ static void weigh_rings(const keyed *sorted, size_t first, size_t end, double *o
 
 /* dOmega of every pair. */
 static hetab_status solid_angles(hetab_context *ctx, const hetab_fit_data *data, double *omega) {
-  keyed *sorted = hetab_alloc(ctx, data->count, sizeof *sorted);
-  if (!sorted)
-    return HETAB_ERR_MEMORY;
+  HETAB_FREED keyed *sorted = hetab_alloc(ctx, data->count, sizeof *sorted);
+  HETAB_NEED(sorted);
   for (size_t t = 0, first = 0, end; t < data->incidence_count; t++, first = end) {
     end = first;
     for (size_t i = 0; i < data->count; i++)
@@ -281,20 +271,17 @@ static hetab_status solid_angles(hetab_context *ctx, const hetab_fit_data *data,
     qsort(sorted + first, end - first, sizeof *sorted, by_key);
     weigh_rings(sorted, first, end, omega);
   }
-  free(sorted);
   return HETAB_OK;
 }
 
 static hetab_status weigh_by_energy(hetab_context *ctx, hetab_fit_data *data) {
-  double *omega = hetab_alloc(ctx, data->count, sizeof *omega);
-  if (!omega)
-    return HETAB_ERR_MEMORY;
+  HETAB_FREED double *omega = hetab_alloc(ctx, data->count, sizeof *omega);
+  HETAB_NEED(omega);
   hetab_status status = solid_angles(ctx, data, omega);
   for (size_t i = 0; i < data->count; i++)
     for (size_t b = 0; b < data->bands; b++)
       data->weight[i * data->bands + b] *=
           cos(data->pairs[i].theta_i) * cos(data->pairs[i].theta_r) * omega[i];
-  free(omega);
   return status;
 }
 

@@ -141,8 +141,7 @@ static hetab_status fill_correlation(const hetab_fit_curvature *c, hetab_fit *fi
   fit->free_count = n;
   fit->free_estimates = hetab_alloc(c->p->ctx, n, sizeof *fit->free_estimates);
   fit->correlation = hetab_alloc(c->p->ctx, n, n * sizeof *fit->correlation);
-  if (!fit->free_estimates || !fit->correlation)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(fit->free_estimates && fit->correlation);
   for (size_t i = 0; i < n; i++) {
     fit->free_estimates[i] = place_of(c, i);
     for (size_t j = 0; j < n; j++) {
@@ -157,15 +156,12 @@ static hetab_status fill_correlation(const hetab_fit_curvature *c, hetab_fit *fi
 
 hetab_status hetab_fit_intervals(hetab_fit_problem *problem, const hetab_fit_state *best,
                                  hetab_fit *fit) {
-  hetab_fit_curvature c;
-  hetab_status status;
-  HETAB_GOTO(hetab_fit_curvature_create(problem, best, &c));
+  HETAB_ENDS(hetab_fit_curvature_clear) hetab_fit_curvature c = {0};
+  HETAB_TRY(hetab_fit_curvature_create(problem, best, &c));
   fill_estimates(&c, fit);
-  HETAB_GOTO(fill_correlation(&c, fit));
-  HETAB_GOTO(hetab_fit_check_profiles(&c, fit));
+  HETAB_TRY(fill_correlation(&c, fit));
+  HETAB_TRY(hetab_fit_check_profiles(&c, fit));
   if (problem->options.bootstrap)
-    HETAB_GOTO(hetab_fit_bootstrap(&c, fit));
-done:
-  hetab_fit_curvature_clear(&c);
-  return status;
+    HETAB_TRY(hetab_fit_bootstrap(&c, fit));
+  return HETAB_OK;
 }

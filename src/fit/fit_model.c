@@ -26,8 +26,7 @@ hetab_status hetab_fit_model_create(hetab_context *ctx, hetab_engine *engine,
   model->reflectances =
       hetab_alloc(ctx, data->bands * data->incidence_count, sizeof *model->reflectances);
   model->theta_i = hetab_alloc(ctx, data->incidence_count, sizeof *model->theta_i);
-  if (!model->reflectances || !model->theta_i)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(model->reflectances && model->theta_i);
   return hetab_places_create(ctx, engine, &model->places);
 }
 

@@ -249,8 +249,7 @@ static void note_data(notes *n) {
 hetab_status hetab_fit_add_notes(const hetab_fit_problem *problem, hetab_fit *fit) {
   notes n = {.p = problem, .fit = fit};
   fit->notes = hetab_alloc(problem->ctx, MOST_NOTES, sizeof *fit->notes);
-  if (!fit->notes)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(fit->notes);
   note_stop(&n);
   note_constraint(&n);
   note_asked(&n);

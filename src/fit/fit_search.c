@@ -327,22 +327,20 @@ static void share(const hetab_fit_problem *p, const double *from, const hetab_fi
 
 static hetab_status polish(search *s, hetab_fit_state *ends, size_t count) {
   hetab_fit_problem *p = s->problem;
-  unsigned char *done = hetab_alloc(p->ctx, count, 1);
-  hetab_status status = done ? HETAB_OK : HETAB_ERR_MEMORY;
-  for (int n = 0; status == HETAB_OK && n < MOST_POLISHED; n++) {
+  HETAB_FREED unsigned char *done = hetab_alloc(p->ctx, count, 1);
+  HETAB_NEED(done);
+  for (int n = 0; n < MOST_POLISHED; n++) {
     size_t at = next_end(p, ends, count, done);
     double from[HETAB_FIT_MOST_FREE], x[HETAB_FIT_MOST_FREE];
     if (at == count)
       break;
     memcpy(from, ends[at].x, sizeof from);
     memcpy(x, ends[at].x, sizeof x);
-    status = run(s, NLOPT_LD_SLSQP, FINE, FINE_EVALUATIONS, x);
-    if (status == HETAB_OK)
-      share(p, from, is_better(&s->best, &ends[at]) ? &s->best : &ends[at], ends, count, done);
+    HETAB_TRY(run(s, NLOPT_LD_SLSQP, FINE, FINE_EVALUATIONS, x));
+    share(p, from, is_better(&s->best, &ends[at]) ? &s->best : &ends[at], ends, count, done);
     done[at] = 1;
   }
-  free(done);
-  return status;
+  return HETAB_OK;
 }
 
 /* ---- the whole ------------------------------------------------------------------------------- */
@@ -378,8 +376,7 @@ static hetab_status search_all(search *s, hetab_fit *fit, hetab_fit_state *best)
   if (s->problem->free_count == 0)
     return evaluate_once(s, fit, best);
   hetab_fit_state *ends = hetab_alloc(s->problem->ctx, most, sizeof *ends);
-  if (!ends)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(ends);
   for (; made < most; made++)
     HETAB_GOTO(hetab_fit_state_create(s->problem, &ends[made]));
   HETAB_GOTO(run_starts(s, fit, ends));

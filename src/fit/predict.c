@@ -65,15 +65,13 @@ static hetab_status find_wavelengths(job *j) {
   if (!j->lambda_um) {
     j->lambda_count = hetab_surface_band_count(j->surface);
     j->own_lambda_um = hetab_alloc(j->ctx, j->lambda_count, sizeof *j->own_lambda_um);
-    if (!j->own_lambda_um)
-      return HETAB_ERR_MEMORY;
+    HETAB_NEED(j->own_lambda_um);
     for (size_t b = 0; b < j->lambda_count; b++)
       j->own_lambda_um[b] = hetab_surface_bands(j->surface)[b].lambda_um;
     j->lambda_um = j->own_lambda_um;
   }
   j->bands = hetab_alloc(j->ctx, j->lambda_count, sizeof *j->bands);
-  if (!j->bands)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(j->bands);
   for (size_t b = 0; b < j->lambda_count; b++)
     HETAB_TRY(hetab_surface_at(j->ctx, j->surface, j->lambda_um[b], &j->bands[b]));
   return HETAB_OK;
@@ -119,8 +117,7 @@ static hetab_status make_room(job *j) {
   p->theta_r = hetab_alloc(j->ctx, p->theta_r_count, sizeof *p->theta_r);
   p->curves = hetab_alloc(j->ctx, p->curve_count, sizeof *p->curves);
   p->values = hetab_alloc(j->ctx, p->curve_count * p->theta_r_count, sizeof *p->values);
-  if (!p->theta_r || !p->curves || !p->values)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(p->theta_r && p->curves && p->values);
   for (size_t i = 0; i < p->theta_r_count; i++)
     p->theta_r[i] = hetab_radians(90.0 * ((double)i - (double)half) / (double)half);
   return HETAB_OK;
@@ -153,16 +150,14 @@ static void lay_out_curve(job *j, size_t index, hetab_point *points) {
 /* rho_s depends on the incidence alone: one point of each curve. */
 static hetab_status bound_specular(job *j, hetab_point *points) {
   hetab_prediction *p = j->out;
-  hetab_bounds *specular = hetab_alloc(j->ctx, p->curve_count, sizeof *specular);
-  if (!specular)
-    return HETAB_ERR_MEMORY;
+  HETAB_FREED hetab_bounds *specular = hetab_alloc(j->ctx, p->curve_count, sizeof *specular);
+  HETAB_NEED(specular);
   for (size_t i = 0; i < p->curve_count; i++)
     points[i] = points[i * p->theta_r_count];
-  hetab_status status = bound(j, points, p->curve_count, HETAB_BOUNDED_SPECULAR, specular);
-  for (size_t i = 0; i < p->curve_count && status == HETAB_OK; i++)
+  HETAB_TRY(bound(j, points, p->curve_count, HETAB_BOUNDED_SPECULAR, specular));
+  for (size_t i = 0; i < p->curve_count; i++)
     p->curves[i].specular = specular[i];
-  free(specular);
-  return status;
+  return HETAB_OK;
 }
 
 /* All curves at once: a device is slow to start and fast to go on. */
@@ -170,18 +165,15 @@ static hetab_status make_curves(job *j) {
   hetab_prediction *p = j->out;
   HETAB_TRY(make_room(j));
   size_t count = p->curve_count * p->theta_r_count;
-  hetab_point *points = hetab_alloc(j->ctx, count, sizeof *points);
-  hetab_status status = points ? HETAB_OK : HETAB_ERR_MEMORY;
-  for (size_t i = 0; i < p->curve_count && status == HETAB_OK; i++)
+  HETAB_FREED hetab_point *points = hetab_alloc(j->ctx, count, sizeof *points);
+  HETAB_NEED(points);
+  for (size_t i = 0; i < p->curve_count; i++)
     lay_out_curve(j, i, points + i * p->theta_r_count);
-  if (status == HETAB_OK)
-    status = bound(j, points, count, HETAB_BOUNDED_TOTAL, p->values);
-  if (status == HETAB_OK)
-    status = bound_specular(j, points);
-  for (size_t i = 0; i < p->curve_count && status == HETAB_OK; i++)
+  HETAB_TRY(bound(j, points, count, HETAB_BOUNDED_TOTAL, p->values));
+  HETAB_TRY(bound_specular(j, points));
+  for (size_t i = 0; i < p->curve_count; i++)
     describe_curve(p, &p->curves[i]);
-  free(points);
-  return status;
+  return HETAB_OK;
 }
 
 /* ---- measured points ----------------------------------------------------------------------- */
@@ -234,8 +226,7 @@ static hetab_status choose_points(job *j) {
   const hetab_directions *pairs = hetab_measurements_pairs(m);
   size_t bands = hetab_measurements_wavelength_count(m), count = hetab_measurements_pair_count(m);
   p->points = hetab_alloc(j->ctx, count * bands, sizeof *p->points);
-  if (!p->points)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(p->points);
   for (size_t i = 0; i < count; i++)
     for (size_t b = 0; b < bands; b++) {
       double value = hetab_measurements_values(m)[i * bands + b];
@@ -284,21 +275,18 @@ static void judge_points(const job *j) {
 
 static hetab_status bound_points(job *j) {
   hetab_prediction *p = j->out;
-  hetab_point *points = hetab_alloc(j->ctx, p->point_count, sizeof *points);
-  hetab_bounds *bounds = hetab_alloc(j->ctx, p->point_count, sizeof *bounds);
-  hetab_status status = points && bounds ? HETAB_OK : HETAB_ERR_MEMORY;
-  for (size_t i = 0; i < p->point_count && status == HETAB_OK; i++) {
+  HETAB_FREED hetab_point *points = hetab_alloc(j->ctx, p->point_count, sizeof *points);
+  HETAB_FREED hetab_bounds *bounds = hetab_alloc(j->ctx, p->point_count, sizeof *bounds);
+  HETAB_NEED(points && bounds);
+  for (size_t i = 0; i < p->point_count; i++) {
     const hetab_directions *d = &p->points[i].directions;
     const hetab_band *band = &j->bands[p->points[i].curve / j->options->theta_i_count];
     points[i] = point_at(j, band, d->theta_i, d->theta_r, d->phi);
   }
-  if (status == HETAB_OK)
-    status = bound(j, points, p->point_count, HETAB_BOUNDED_TOTAL, bounds);
-  for (size_t i = 0; i < p->point_count && status == HETAB_OK; i++)
+  HETAB_TRY(bound(j, points, p->point_count, HETAB_BOUNDED_TOTAL, bounds));
+  for (size_t i = 0; i < p->point_count; i++)
     p->points[i].f = bounds[i];
-  free(points);
-  free(bounds);
-  return status;
+  return HETAB_OK;
 }
 
 static hetab_status judge_measurements(job *j) {
@@ -325,8 +313,7 @@ hetab_status hetab_predict(hetab_context *ctx, hetab_engine *engine, const hetab
   HETAB_OPTIONS(ctx, hetab_predict_options, own, options);
   job j = {.ctx = ctx, .engine = engine, .surface = surface, .options = &own};
   j.out = hetab_alloc(ctx, 1, sizeof *j.out);
-  if (!j.out)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(j.out);
   j.out->bounds = own.bounds;
   hetab_status status = run(&j);
   free(j.bands);

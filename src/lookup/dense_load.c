@@ -216,8 +216,7 @@ static hetab_status copy_axes(hetab_context *ctx, const hetab_grid *grid,
   for (hetab_axis axis = 0; axis < HETAB_AXIS_COUNT; axis++) {
     size_t count = dense->count[axis] = hetab_grid_count(grid, axis);
     dense->nodes[axis] = hetab_alloc(ctx, count, sizeof *dense->nodes[axis]);
-    if (!dense->nodes[axis])
-      return HETAB_ERR_MEMORY;
+    HETAB_NEED(dense->nodes[axis]);
     memcpy(dense->nodes[axis], hetab_grid_radians(grid, axis), count * sizeof *dense->nodes[axis]);
     HETAB_TRY(hetab_stencil_axis_create(ctx, dense->nodes[axis], inner_count(dense, axis),
                                         &dense->axes[axis]));

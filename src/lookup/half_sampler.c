@@ -206,8 +206,7 @@ hetab_status hetab_sampler_create(hetab_context *ctx, size_t channels, hetab_eva
   making m = {.sampler = sampler, .eval = eval, .user = user};
   *sampler = (hetab_half_sampler){.channels = channels};
   sampler->incidences = hetab_alloc(ctx, NODES, sizeof *sampler->incidences);
-  if (!sampler->incidences)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(sampler->incidences);
   make_points(&m);
   return make(ctx, &m, fill_incidence);
 }

@@ -149,9 +149,8 @@ static void weigh(const void *user, const float wi[3], const float u[2], float *
 
 /* At each of the sampler's incidences, of all channels together. */
 static hetab_status share_samples(hetab_context *ctx, hetab_lookup *table) {
-  float *rho = hetab_alloc(ctx, table->channels, sizeof *rho);
-  if (!rho)
-    return HETAB_ERR_MEMORY;
+  HETAB_FREED float *rho = hetab_alloc(ctx, table->channels, sizeof *rho);
+  HETAB_NEED(rho);
   for (size_t i = 0; i < HETAB_SAMPLER_INCIDENCES; i++) {
     const float *albedo = table->sampler.albedo + i * table->channels;
     double delta = 0, rest = 0;
@@ -162,7 +161,6 @@ static hetab_status share_samples(hetab_context *ctx, hetab_lookup *table) {
     }
     table->delta[i] = delta > 0 ? (float)(delta / (delta + rest)) : 0;
   }
-  free(rho);
   return HETAB_OK;
 }
 
@@ -197,8 +195,7 @@ static hetab_status open_merl(hetab_context *ctx, const char *path, hetab_lookup
 static hetab_status copy_wavelengths(hetab_context *ctx, const double *lambda_um,
                                      hetab_lookup *table) {
   table->lambda_um = hetab_alloc(ctx, table->channels, sizeof *table->lambda_um);
-  if (!table->lambda_um)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(table->lambda_um);
   memcpy(table->lambda_um, lambda_um, table->channels * sizeof *lambda_um);
   return HETAB_OK;
 }
@@ -252,8 +249,7 @@ hetab_status hetab_lookup_open(hetab_context *ctx, const char *path, hetab_looku
                                hetab_lookup **out) {
   *out = NULL;
   hetab_lookup *table = hetab_alloc(ctx, 1, sizeof *table);
-  if (!table)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(table);
   hetab_status status = open_file(ctx, path, rule, table);
   if (status == HETAB_OK)
     status = table->rgl

@@ -64,8 +64,7 @@ hetab_status hetab_merl_prepare(hetab_context *ctx, const hetab_merl *merl,
   unsigned char first_valid[ROWS];
   *source = (hetab_merl_source){.high = HETAB_LATTICE_ZERO};
   source->logs = hetab_alloc(ctx, (size_t)ROWS * HALF, sizeof *source->logs);
-  if (!source->logs)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(source->logs);
   for (int h = 0; h < HETAB_MERL_THETA_H; h++) {
     double s = sin(hetab_merl_angles((hetab_merl_place){h + 0.5, 0.0, 0.0}).theta_h);
     source->sin2_h[h] = s * s;

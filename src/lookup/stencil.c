@@ -12,8 +12,7 @@ hetab_status hetab_stencil_axis_create(hetab_context *ctx, const double *nodes, 
   if (count > 1)
     axis->per_node = (double)(count - 1) / (nodes[count - 1] - nodes[0]);
   axis->scale = hetab_alloc(ctx, count, (size_t)size * sizeof *axis->scale);
-  if (!axis->scale)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(axis->scale);
   for (size_t first = 0; first + (size_t)size <= count; first++)
     for (int i = 0; i < size; i++) {
       double product = 1.0;

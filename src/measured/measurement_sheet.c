@@ -59,8 +59,7 @@ hetab_status hetab_sheet_begin(hetab_sheet *sheet, const double *lambda_um, size
     return hetab_sheet_fail(sheet, "%zu wavelengths: give 1 to %d", wavelengths, MOST);
   sheet->lambda_um = hetab_alloc(sheet->ctx, wavelengths, sizeof *sheet->lambda_um);
   sheet->column = hetab_alloc(sheet->ctx, wavelengths, sizeof *sheet->column);
-  if (!sheet->lambda_um || !sheet->column)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(sheet->lambda_um && sheet->column);
   sheet->wavelengths = wavelengths;
   for (size_t i = 0; i < wavelengths; i++) {
     HETAB_TRY(check_wavelength(sheet, lambda_um[i]));

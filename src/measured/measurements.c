@@ -27,8 +27,7 @@ hetab_status hetab_measurements_new(hetab_context *ctx, const char *name, size_t
     return hetab_fail(ctx, HETAB_ERR_MEMORY, "%s: out of memory for %zu x %zu values", name, count,
                       wavelengths);
   hetab_measurements *made = hetab_alloc(ctx, 1, sizeof *made);
-  if (!made)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(made);
   made->name = hetab_alloc(ctx, strlen(name) + 1, 1);
   made->lambda_um = hetab_alloc(ctx, wavelengths, sizeof *made->lambda_um);
   made->pairs = hetab_alloc(ctx, count, sizeof *made->pairs);

@@ -53,16 +53,13 @@ static hetab_status read_wavelengths(words *w) {
                             "%g wavelengths: the file begins with their number, then the "
                             "wavelengths in nm",
                             count);
-  double *lambda_um = hetab_alloc(w->sheet->ctx, (size_t)count, sizeof *lambda_um);
-  hetab_status status = lambda_um ? HETAB_OK : HETAB_ERR_MEMORY;
-  for (size_t i = 0; i < (size_t)count && status == HETAB_OK; i++) {
-    status = next_number(w, "wavelengths in nm", &lambda_um[i]);
+  HETAB_FREED double *lambda_um = hetab_alloc(w->sheet->ctx, (size_t)count, sizeof *lambda_um);
+  HETAB_NEED(lambda_um);
+  for (size_t i = 0; i < (size_t)count; i++) {
+    HETAB_TRY(next_number(w, "wavelengths in nm", &lambda_um[i]));
     lambda_um[i] /= 1000;
   }
-  if (status == HETAB_OK)
-    status = hetab_sheet_begin(w->sheet, lambda_um, (size_t)count);
-  free(lambda_um);
-  return status;
+  return hetab_sheet_begin(w->sheet, lambda_um, (size_t)count);
 }
 
 /* The file's next row; *end where there is none. */
@@ -110,8 +107,8 @@ static hetab_status read_rows(words *w, double *numbers) {
 hetab_status hetab_measurements_read_brdf(hetab_sheet *sheet) {
   words w = {.sheet = sheet};
   HETAB_TRY(read_wavelengths(&w));
-  double *numbers = hetab_alloc(sheet->ctx, ANGLES + sheet->wavelengths, sizeof *numbers);
-  hetab_status status = numbers ? read_rows(&w, numbers) : HETAB_ERR_MEMORY;
-  free(numbers);
-  return status;
+  HETAB_FREED double *numbers =
+      hetab_alloc(sheet->ctx, ANGLES + sheet->wavelengths, sizeof *numbers);
+  HETAB_NEED(numbers);
+  return read_rows(&w, numbers);
 }

@@ -89,8 +89,7 @@ static hetab_status find_wide(table *t) {
   t->wide = hetab_alloc(csv->ctx, csv->columns, sizeof *t->wide);
   t->lambda_um = hetab_alloc(csv->ctx, csv->columns, sizeof *t->lambda_um);
   t->values = hetab_alloc(csv->ctx, csv->columns, sizeof *t->values);
-  if (!t->wide || !t->lambda_um || !t->values)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(t->wide && t->lambda_um && t->values);
   for (size_t i = 0; i < csv->columns; i++) {
     const hetab_csv_column *c = &csv->column[i];
     bool candidate = c->wanted == HETAB_CSV_OTHER || (c->wanted == VALUE && c->strange);
@@ -261,18 +260,15 @@ static void sort_rows(table *t) {
 
 static hetab_status begin_sheet(table *t) {
   size_t count = 0;
-  double *lambda_um = hetab_alloc(t->sheet->ctx, t->count, sizeof *lambda_um);
-  if (!lambda_um)
-    return HETAB_ERR_MEMORY;
+  HETAB_FREED double *lambda_um = hetab_alloc(t->sheet->ctx, t->count, sizeof *lambda_um);
+  HETAB_NEED(lambda_um);
   for (size_t i = 0; i < t->count; i++)
     lambda_um[i] = t->rows[i].numbers[WAVELENGTH];
   qsort(lambda_um, t->count, sizeof *lambda_um, by_size);
   for (size_t i = 0; i < t->count; i++)
     if (i == 0 || lambda_um[i] != lambda_um[i - 1])
       lambda_um[count++] = lambda_um[i];
-  hetab_status status = hetab_sheet_begin(t->sheet, lambda_um, count);
-  free(lambda_um);
-  return status;
+  return hetab_sheet_begin(t->sheet, lambda_um, count);
 }
 
 /* The rows first..end of one pair, in one row of the sheet; what the file has no row for is missing
@@ -296,18 +292,17 @@ static hetab_status add_pair(table *t, size_t first, size_t end, double *values)
 }
 
 static hetab_status fill_sheet(table *t) {
-  double *values = hetab_alloc(t->sheet->ctx, t->sheet->wavelengths, sizeof *values);
-  hetab_status status = values ? HETAB_OK : HETAB_ERR_MEMORY;
-  for (size_t first = 0, end; first < t->count && status == HETAB_OK; first = end) {
+  HETAB_FREED double *values = hetab_alloc(t->sheet->ctx, t->sheet->wavelengths, sizeof *values);
+  HETAB_NEED(values);
+  for (size_t first = 0, end; first < t->count; first = end) {
     const row *r = &t->rows[first];
     for (end = first + 1;
          end < t->count && same_direction(r, r + (end - first)) && t->rows[end].repeat == r->repeat;
          end++)
       ;
-    status = add_pair(t, first, end, values);
+    HETAB_TRY(add_pair(t, first, end, values));
   }
-  free(values);
-  return status;
+  return HETAB_OK;
 }
 
 static hetab_status finish(table *t) {

@@ -9,6 +9,9 @@
 #include "measured/measurement_sheet.h"
 #include "table/merl_frame.h"
 
+HETAB_HANDLE(hetab_merl)
+HETAB_HANDLE(hetab_rgl)
+
 enum { CHANNELS = HETAB_MERL_CHANNELS, MOST_CHANNELS = 4096 };
 
 /* In degrees; theta_r every 2.5 so that every theta_i has its mirror direction. */
@@ -61,18 +64,13 @@ static hetab_status sample(hetab_sheet *sheet, table_at at, const void *table,
 }
 
 hetab_status hetab_measurements_read_merl(hetab_sheet *sheet) {
-  hetab_merl *merl;
+  HETAB_ENDS(hetab_merl_end) hetab_merl *merl = NULL;
   HETAB_TRY(hetab_merl_load(sheet->ctx, sheet->path, &merl));
-  hetab_status status = sample(sheet, merl_at, merl, NULL, CHANNELS);
-  hetab_merl_free(merl);
-  return status;
+  return sample(sheet, merl_at, merl, NULL, CHANNELS);
 }
 
 hetab_status hetab_measurements_read_rgl(hetab_sheet *sheet) {
-  hetab_rgl *rgl;
+  HETAB_ENDS(hetab_rgl_end) hetab_rgl *rgl = NULL;
   HETAB_TRY(hetab_rgl_load(sheet->ctx, sheet->path, &rgl));
-  hetab_status status =
-      sample(sheet, rgl_at, rgl, hetab_rgl_wavelengths_um(rgl), hetab_rgl_channel_count(rgl));
-  hetab_rgl_free(rgl);
-  return status;
+  return sample(sheet, rgl_at, rgl, hetab_rgl_wavelengths_um(rgl), hetab_rgl_channel_count(rgl));
 }

@@ -138,8 +138,7 @@ hetab_status hetab_atlas_build(hetab_context *ctx, double g_min, double g_max, d
   atlas->first_panel = hetab_panel_number(g_min);
   atlas->panel_count = (size_t)(hetab_panel_number(g_max) - atlas->first_panel) + 1;
   atlas->panels = hetab_alloc(ctx, atlas->panel_count, HETAB_PANEL_REALS * sizeof(double));
-  if (!atlas->panels)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(atlas->panels);
   maker m = {.ctx = ctx, .atlas = atlas, .tolerance = tolerance};
   hetab_fitter_make(atlas->degree_x, &m.x);
   hetab_fitter_make(atlas->degree_g, &m.g);
@@ -154,8 +153,7 @@ hetab_status hetab_atlas_transpose(hetab_context *ctx, const hetab_atlas *atlas,
   size_t nx = (size_t)atlas->degree_x, ng = (size_t)atlas->degree_g;
   size_t pad_x = (size_t)atlas->pad_x, pad_g = (size_t)atlas->pad_g;
   *out = hetab_alloc(ctx, atlas->segment_count, nx * pad_g * sizeof **out);
-  if (!*out)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(*out);
   for (size_t s = 0; s < atlas->segment_count; s++)
     for (size_t j = 0; j < nx; j++)
       for (size_t k = 0; k < ng; k++)

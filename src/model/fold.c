@@ -133,8 +133,7 @@ hetab_status hetab_fold_create(hetab_context *ctx, const hetab_surface *surface,
                                const hetab_band *bands, size_t count, double cone,
                                hetab_fold **out) {
   hetab_fold *fold = *out = hetab_alloc(ctx, 1, sizeof *fold);
-  if (!fold)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(fold);
   *fold = (hetab_fold){.bands = count, .sin2_cone = sin(cone) * sin(cone)};
   hetab_status status = fill(ctx, surface, bands, fold);
   if (status != HETAB_OK) {

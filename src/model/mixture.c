@@ -116,9 +116,8 @@ static void drop_small(size_t count, double *weights) {
 
 hetab_status hetab_mixture_build(hetab_context *ctx, const hetab_wave *wave, double tau_2sigma,
                                  hetab_mixture *mixture) {
-  points *p = hetab_alloc(ctx, 1, sizeof *p);
-  if (!p)
-    return HETAB_ERR_MEMORY;
+  HETAB_FREED points *p = hetab_alloc(ctx, 1, sizeof *p);
+  HETAB_NEED(p);
   add_lobes(mixture, wave, tau_2sigma);
   for (size_t row = 0; row < HETAB_MIXTURE_ANGLES; row++) {
     double *weights = mixture->weights[row];
@@ -129,6 +128,5 @@ hetab_status hetab_mixture_build(hetab_context *ctx, const hetab_wave *wave, dou
       improve(p, mixture->count, weights);
     drop_small(mixture->count, weights);
   }
-  free(p);
   return HETAB_OK;
 }

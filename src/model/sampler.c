@@ -28,8 +28,7 @@ hetab_status hetab_model_sampler_create(hetab_context *ctx, const hetab_surface 
                       "surface '%s' has no band %zu to sample: give one from 0 to %zu",
                       hetab_surface_name(surface), hero, count - 1);
   hetab_model_sampler *sampler = hetab_alloc(ctx, 1, sizeof *sampler);
-  if (!sampler)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(sampler);
   sampler->tau_2sigma = tau_um / (2.0 * sigma0_um);
   sampler->band_count = count;
   sampler->waves = hetab_alloc(ctx, count, sizeof *sampler->waves);

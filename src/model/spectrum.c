@@ -64,8 +64,7 @@ static void fill_row(int i, const double *node, double *a, double (*r)[NODES]) {
 
 static hetab_status fill_ln_h(hetab_context *ctx, const double *node, hetab_spectrum *s) {
   double(*r)[COUNT][NODES] = hetab_alloc(ctx, COUNT, sizeof *r), a[COUNT][NODES];
-  if (!r)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(r);
   for (int i = 0; i < COUNT; i++)
     fill_row(i, node, a[i], r[i]);
   hetab_spline_fit(a[0], NODES, NODES);
@@ -107,8 +106,7 @@ static hetab_status fill(hetab_context *ctx, const hetab_surface *surface, hetab
   s->ln_amplitude = hetab_alloc(ctx, s->padded, sizeof(float));
   s->diffuse = hetab_alloc(ctx, s->padded, sizeof(float));
   s->fresnel = hetab_alloc(ctx, (FRESNEL + 1) * s->padded, sizeof(float));
-  if (!s->interpolation || !s->ln_amplitude || !s->diffuse || !s->fresnel)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(s->interpolation && s->ln_amplitude && s->diffuse && s->fresnel);
   double reference = sqrt(first * inverse_square(bands[s->bands - 1].lambda_um));
   hetab_band middle = {.lambda_um = 1.0 / sqrt(reference), .n = 1.0};
   hetab_wave wave =

@@ -12,6 +12,9 @@
 #include "rgl/rgl_model.h"
 #include "table/merl_frame.h"
 
+HETAB_HANDLE(hetab_model_sampler)
+HETAB_HANDLE(hetab_rgl_model)
+
 enum { DIRECTIONS = 300, INCIDENCES = 5, MOST_NODES = 8, STRIDE = MOST_NODES + 1 };
 
 /* What a reader makes its value of: nodes, and their weights. */
@@ -117,8 +120,8 @@ hetab_status hetab_fixed_error(hetab_context *ctx, const hetab_scene *scene,
       .bands = scene->consumer == HETAB_CONSUMER_HDF5 ? HETAB_RGL_SPECTRAL : HETAB_RGL_RGB,
       .specular_cone = item->delta == HETAB_DELTA_FOLDED ? scene->specular_cone : 0.0};
   double most = fmin(scene->max_theta_i, hetab_radians(75.0)), one;
-  hetab_rgl_model *model = NULL;
-  hetab_model_sampler *sampler = NULL;
+  HETAB_ENDS(hetab_rgl_model_end) hetab_rgl_model *model = NULL;
+  HETAB_ENDS(hetab_model_sampler_end) hetab_model_sampler *sampler = NULL;
   hetab_status status = hetab_rgl_model_create(ctx, surface, &options, &model);
   if (status == HETAB_OK)
     status =
@@ -129,7 +132,5 @@ hetab_status hetab_fixed_error(hetab_context *ctx, const hetab_scene *scene,
                       most * i / (INCIDENCES - 1), seed, &one);
     *error = fmax(*error, one);
   }
-  hetab_model_sampler_free(sampler);
-  hetab_rgl_model_free(model);
   return status;
 }

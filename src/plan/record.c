@@ -75,11 +75,10 @@ static bool file_is_there(hetab_context *ctx, const json_t *file, const char *fo
                   &time, "md5", &md5) != 0 ||
       strchr(name, '/'))
     return false;
-  char *path = hetab_batch_path(ctx, folder, name, "");
+  HETAB_FREED char *path = hetab_batch_path(ctx, folder, name, "");
   bool good =
       path && stat(path, &about) == 0 && about.st_size == (off_t)bytes &&
       (verify ? file_md5(path, digest) && strcmp(digest, md5) == 0 : modified(&about) == time);
-  free(path);
   return good;
 }
 
@@ -115,10 +114,9 @@ double hetab_record_number(const json_t *record, const char *key) {
 
 json_t *hetab_record_load(hetab_context *ctx, const hetab_scene *scene, size_t i,
                           const char *folder) {
-  char *path = hetab_batch_path(ctx, folder, hetab_surface_name(scene->surfaces[i]), ".json");
-  json_t *json = path ? json_load_file(path, 0, NULL) : NULL;
-  free(path);
-  return json;
+  HETAB_FREED char *path =
+      hetab_batch_path(ctx, folder, hetab_surface_name(scene->surfaces[i]), ".json");
+  return path ? json_load_file(path, 0, NULL) : NULL;
 }
 
 hetab_status hetab_record_save(hetab_context *ctx, const hetab_scene *scene, size_t i,

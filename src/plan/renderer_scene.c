@@ -119,13 +119,11 @@ static hetab_status save_text(hetab_context *ctx, const char *folder, const char
 }
 
 static hetab_status save_material(hetab_context *ctx, const hetab_plan *plan, const char *folder) {
-  char *text;
+  HETAB_FREED char *text = NULL;
   if (!needs_material(plan))
     return HETAB_OK;
   HETAB_TRY(hetab_shader_text(ctx, NULL, HETAB_SHADER_MITSUBA, &text));
-  hetab_status status = save_text(ctx, folder, "he_torrance.py", text);
-  free(text);
-  return status;
+  return save_text(ctx, folder, "he_torrance.py", text);
 }
 
 /* ---- pbrt ---------------------------------------------------------------------------------- */

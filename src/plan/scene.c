@@ -125,11 +125,10 @@ static char *beside_scene(const hetab_yaml *file, const char *name) {
 static hetab_status open_named(hetab_yaml *file, const yaml_node_t *node, hetab_surface **out) {
   const char *name;
   HETAB_TRY(hetab_yaml_text(file, node, "surfaces", "names, files or {sigma0_um: ...}", &name));
-  char *path = beside_scene(file, name);
+  HETAB_FREED char *path = beside_scene(file, name);
   if (!path)
     return hetab_fail(file->ctx, HETAB_ERR_MEMORY, "out of memory");
   hetab_status status = hetab_surface_open(file->ctx, path, out);
-  free(path);
   return status == HETAB_ERR_IO || status == HETAB_ERR_ARGUMENT
              ? hetab_yaml_locate(file, status, node, "surfaces")
              : status;

@@ -25,8 +25,7 @@ static hetab_status delta_share(hetab_context *ctx, const hetab_scene *scene,
   size_t count = hetab_surface_band_count(surface);
   const hetab_band *bands = hetab_surface_bands(surface);
   double theta[SHARE_ANGLES], *rho = hetab_alloc(ctx, count * SHARE_ANGLES, sizeof *rho);
-  if (!rho)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(rho);
   for (int i = 0; i < SHARE_ANGLES; i++)
     theta[i] = fmin(scene->max_theta_i, hetab_radians(89.0)) * i / (SHARE_ANGLES - 1);
   hetab_status status = hetab_specular_reflectance(ctx, surface, theta, SHARE_ANGLES, rho);
@@ -157,23 +156,20 @@ hetab_status hetab_plan_count_errors(hetab_context *ctx, const hetab_scene *scen
       out->count[out->choices++] = (count - 1) / step + 1;
   if (count == 1)
     out->count[out->choices++] = 1;
-  double *value = hetab_alloc(ctx, count, sizeof *value);
-  if (!value)
-    return HETAB_ERR_MEMORY;
-  hetab_status status = hetab_model_sampler_create(ctx, surface, count / 2, &sampler);
-  for (int t = 0; t < 3 && status == HETAB_OK; t++)
+  HETAB_FREED double *value = hetab_alloc(ctx, count, sizeof *value);
+  HETAB_NEED(value);
+  HETAB_TRY(hetab_model_sampler_create(ctx, surface, count / 2, &sampler));
+  for (int t = 0; t < 3; t++)
     add_incidence(sampler, surface, fmin(scene->max_theta_i, hetab_radians(80.0)) * t / 2, value,
                   out);
-  if (status == HETAB_OK)
-    hetab_model_sampler_free(sampler);
-  free(value);
-  return status;
+  hetab_model_sampler_free(sampler);
+  return HETAB_OK;
 }
 
 hetab_status hetab_plan_thinned(hetab_context *ctx, const hetab_surface *surface, size_t count,
                                 hetab_surface **out) {
   size_t all = hetab_surface_band_count(surface);
-  double *lambda_um = hetab_alloc(ctx, count, sizeof *lambda_um);
+  HETAB_FREED double *lambda_um = hetab_alloc(ctx, count, sizeof *lambda_um);
   hetab_status status = lambda_um ? hetab_surface_copy(ctx, surface, out) : HETAB_ERR_MEMORY;
   for (size_t i = 0; status == HETAB_OK && i < count; i++)
     lambda_um[i] =
@@ -183,6 +179,5 @@ hetab_status hetab_plan_thinned(hetab_context *ctx, const hetab_surface *surface
     if (status != HETAB_OK)
       hetab_surface_free(*out);
   }
-  free(lambda_um);
   return status;
 }

@@ -76,17 +76,16 @@ static char *encode(hetab_context *ctx, const unsigned char *pixels) {
   png_image image = {
       .version = PNG_IMAGE_VERSION, .width = SIDE, .height = SIDE, .format = PNG_FORMAT_RGBA};
   png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
-  unsigned char *file = hetab_alloc(ctx, size, 1);
+  HETAB_FREED unsigned char *file = hetab_alloc(ctx, size, 1);
   char *text = NULL;
   if (file && png_image_write_to_memory(&image, file, &size, 0, pixels, 0, NULL))
     text = base64(ctx, file, size);
-  free(file);
   return text;
 }
 
 char *hetab_thumbnail(hetab_context *ctx, const hetab_rgl *rgl) {
-  unsigned char *pixels = hetab_alloc(ctx, SIDE * SIDE, 4);
-  float *value = hetab_alloc(ctx, hetab_rgl_channel_count(rgl), sizeof *value);
+  HETAB_FREED unsigned char *pixels = hetab_alloc(ctx, SIDE * SIDE, 4);
+  HETAB_FREED float *value = hetab_alloc(ctx, hetab_rgl_channel_count(rgl), sizeof *value);
   size_t rgb[3];
   channels_of(rgl, rgb);
   for (int y = 0; pixels && value && y < SIDE; y++)
@@ -96,8 +95,5 @@ char *hetab_thumbnail(hetab_context *ctx, const hetab_rgl *rgl) {
       if (z2 > 0.0f)
         shade(rgl, rgb, (float[]){u, v, sqrtf(z2)}, value, pixels + 4 * (y * SIDE + x));
     }
-  char *text = pixels && value ? encode(ctx, pixels) : NULL;
-  free(pixels);
-  free(value);
-  return text;
+  return pixels && value ? encode(ctx, pixels) : NULL;
 }

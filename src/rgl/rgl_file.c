@@ -40,8 +40,7 @@ static void add_warp(contents *c, const char *name, const hetab_rgl *rgl, const 
 
 static hetab_status set_wavelengths(hetab_context *ctx, const hetab_rgl *rgl, contents *c) {
   c->wavelengths_nm = hetab_alloc(ctx, rgl->channels, sizeof *c->wavelengths_nm);
-  if (!c->wavelengths_nm)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(c->wavelengths_nm);
   for (size_t w = 0; w < rgl->channels; w++)
     c->wavelengths_nm[w] = (float)(1e3 * rgl->wavelengths_um[w]);
   add(c, "wavelengths", HETAB_TENSOR_F32, c->wavelengths_nm, 1, &rgl->channels);
@@ -155,8 +154,7 @@ static hetab_status copy_floats(const reader *r, const hetab_tensor_field *field
                                 float **out) {
   size_t count = hetab_tensor_elements(field);
   *out = hetab_alloc(r->ctx, count, sizeof **out);
-  if (!*out)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(*out);
   memcpy(*out, field->data, count * sizeof **out);
   for (size_t i = 0; i < count; i++)
     if (!(isfinite((*out)[i]) && (*out)[i] >= least))
@@ -233,26 +231,23 @@ done:
 
 static hetab_status read_wavelengths(reader *r) {
   const hetab_tensor_field *field;
-  float *nm = NULL;
-  hetab_status status;
+  HETAB_FREED float *nm = NULL;
   hetab_rgl *rgl = r->rgl;
   HETAB_TRY(get(r, "wavelengths", HETAB_TENSOR_F32, 1, &field));
   rgl->channels = field->shape[0];
   if (rgl->channels > HETAB_RGL_MOST_WAVELENGTHS)
     return BAD(r, "'%s', field wavelengths: %zu of them; at most %d are read", r->path,
                rgl->channels, HETAB_RGL_MOST_WAVELENGTHS);
-  HETAB_GOTO(copy_floats(r, field, 0.0f, &nm));
-  HETAB_GOTO(check_ascending(r, "wavelengths", nm, rgl->channels));
+  HETAB_TRY(copy_floats(r, field, 0.0f, &nm));
+  HETAB_TRY(check_ascending(r, "wavelengths", nm, rgl->channels));
   if (nm[0] < SHORTEST_NM)
-    HETAB_GOTO(BAD(r, "'%s', field wavelengths: %g nm is below 10 nm; write nm, not um", r->path,
-                   (double)nm[0]));
+    HETAB_TRY(BAD(r, "'%s', field wavelengths: %g nm is below 10 nm; write nm, not um", r->path,
+                  (double)nm[0]));
   rgl->wavelengths_um = hetab_alloc(r->ctx, rgl->channels, sizeof *rgl->wavelengths_um);
-  HETAB_GOTO(rgl->wavelengths_um ? HETAB_OK : HETAB_ERR_MEMORY);
+  HETAB_NEED(rgl->wavelengths_um);
   for (size_t w = 0; w < rgl->channels; w++)
     rgl->wavelengths_um[w] = 1e-3 * (double)nm[w];
-done:
-  free(nm);
-  return status;
+  return HETAB_OK;
 }
 
 /* The largest that f cos(theta_o) can be over a spectrum. */
@@ -320,8 +315,7 @@ static hetab_status read_texts(reader *r) {
   size_t length =
       description && description->type == HETAB_TENSOR_U8 ? hetab_tensor_elements(description) : 0;
   r->rgl->description = hetab_alloc(r->ctx, length + 1, 1);
-  if (!r->rgl->description)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(r->rgl->description);
   if (length)
     memcpy(r->rgl->description, description->data, length);
   const hetab_tensor_field *cone = hetab_tensor_find(&r->file, CONE);

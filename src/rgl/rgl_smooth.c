@@ -22,8 +22,7 @@ hetab_status hetab_rgl_smooth_create(hetab_context *ctx, const hetab_rgl *rgl,
   size_t n = rgl->resolution, slices = rgl->phi_i_count * rgl->theta_i_count;
   *out = (hetab_rgl_smooth){.rgl = rgl};
   out->cosine = hetab_alloc(ctx, slices * n * n, sizeof *out->cosine);
-  if (!out->cosine)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(out->cosine);
   for (size_t k = 0; k < slices; k++) {
     hetab_blend own = {1, {k}, {1.0f}};
     double theta_i = hetab_rgl_slice_theta(rgl, k % rgl->theta_i_count);

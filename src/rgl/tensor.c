@@ -69,8 +69,7 @@ static hetab_status read_stream(hetab_context *ctx, const char *path, FILE *stre
                       (long long)info.st_size, most_bytes);
   file->size = (size_t)info.st_size;
   file->bytes = hetab_alloc(ctx, file->size + 1, 1);
-  if (!file->bytes)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(file->bytes);
   if (fread(file->bytes, 1, file->size, stream) != file->size)
     return hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': %s", path,
                       ferror(stream) ? strerror(errno) : "it became shorter meanwhile");
@@ -167,8 +166,7 @@ static hetab_status take_header(cursor *c, hetab_tensor_file *file) {
     return hetab_fail(c->ctx, HETAB_ERR_PARSE, "'%s' claims %u fields; at most %d", c->path,
                       (unsigned)count, MOST_FIELDS);
   file->fields = hetab_alloc(c->ctx, count + 1, sizeof *file->fields);
-  if (!file->fields)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(file->fields);
   for (; file->count < count; file->count++) {
     HETAB_TRY(take_name(c, &file->fields[file->count]));
     HETAB_TRY(take_shape(c, &file->fields[file->count]));

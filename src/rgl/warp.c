@@ -55,8 +55,7 @@ hetab_status hetab_warp_create(hetab_context *ctx, const float *data, size_t wid
   out->data = hetab_alloc(ctx, count, sizeof(float));
   out->conditional = hetab_alloc(ctx, count, sizeof(float));
   out->marginal = hetab_alloc(ctx, height * slices, sizeof(float));
-  if (!out->data || !out->conditional || !out->marginal)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(out->data && out->conditional && out->marginal);
   memcpy(out->data, data, count * sizeof(float));
   for (size_t slice = 0; slice < slices; slice++) {
     int good = normalise_slice(out, slice);

@@ -26,8 +26,7 @@ static hetab_status choose_trials(hetab_context *ctx, const hetab_scan_list *lis
                       "and a third of the shortest, %g um: give one",
                       low, high);
   scan->trials = hetab_alloc(ctx, TRIALS, sizeof *scan->trials);
-  if (!scan->trials)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(scan->trials);
   scan->count = TRIALS;
   for (int i = 0; i < TRIALS; i++)
     scan->trials[i].cutoff_um = low * pow(high / low, i / (TRIALS - 1.0));

@@ -14,8 +14,7 @@ hetab_status hetab_heights_new(hetab_context *ctx, const char *name, size_t colu
                       "%s: %zu x %zu heights: a scan has at least 2, and all together at most 2^27",
                       name, columns, rows);
   hetab_heights *heights = hetab_alloc(ctx, 1, sizeof *heights);
-  if (!heights)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(heights);
   heights->name = strdup(name);
   heights->z_um = hetab_alloc(ctx, columns * rows, sizeof *heights->z_um);
   heights->columns = columns;

@@ -181,8 +181,7 @@ hetab_status hetab_roughness_notes(hetab_context *ctx, hetab_roughness *roughnes
   note_taker t = {ctx, roughness, roughness->small.count ? &roughness->small : &roughness->raw,
                   HETAB_OK};
   roughness->notes = hetab_alloc(ctx, MOST_NOTES, sizeof *roughness->notes);
-  if (!roughness->notes)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(roughness->notes);
   note_reading(&t, heights, inputs);
   note_steep(&t);
   note_distribution(&t);

@@ -22,8 +22,7 @@ static hetab_status usual_step(const places *p, double *step) {
   const double *x_um = p->x_um;
   size_t count = p->count;
   double *steps = hetab_alloc(p->ctx, count, sizeof *steps), sum = 0;
-  if (!steps)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(steps);
   for (size_t i = 0; i + 1 < count; i++)
     steps[i] = x_um[i + 1] - x_um[i];
   qsort(steps, count - 1, sizeof *steps, compare);

@@ -60,8 +60,7 @@ static hetab_status read_header(reader *r) {
   if (csv->columns > MOST_PUBLISHED_COLUMNS)
     return hetab_csv_fail(csv, "more than %d columns", MOST_PUBLISHED_COLUMNS);
   r->table->columns = hetab_alloc(csv->ctx, csv->columns, sizeof *r->table->columns);
-  if (!r->table->columns)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(r->table->columns);
   for (size_t i = 1; i < csv->columns; i++) {
     hetab_published_column *c = &r->table->columns[r->table->count++];
     for (int kind = 0; kind < HETAB_SUMMARIES; kind++)

@@ -32,8 +32,7 @@ static hetab_status check_options(hetab_context *ctx, const hetab_roughness_opti
 static hetab_status list_sources(hetab_context *ctx, const hetab_scan_list *list,
                                  hetab_roughness *r) {
   r->scans = hetab_alloc(ctx, list->count, sizeof *r->scans);
-  if (!r->scans)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(r->scans);
   for (; r->count < list->count; r->count++)
     HETAB_TRY(hetab_scan_list_source(ctx, list, r->count, &r->scans[r->count]));
   return HETAB_OK;
@@ -106,8 +105,7 @@ hetab_status hetab_roughness_measure(hetab_context *ctx, const hetab_heights *co
   if (!count)
     return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "no heights: give at least one scan");
   hetab_roughness *r = hetab_alloc(ctx, 1, sizeof *r);
-  if (!r)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(r);
   HETAB_GOTO(hetab_scan_list_create(ctx, heights, count, &o, &list));
   HETAB_GOTO(measure(ctx, &list, &o, r));
   *out = r;

@@ -173,15 +173,12 @@ static hetab_status read_heights(const binary *b, const layout *l, hetab_heights
 }
 
 hetab_status hetab_scan_binary(hetab_context *ctx, const char *path, hetab_heights **out) {
-  char *bytes;
+  HETAB_FREED char *bytes = NULL;
   layout l = {0};
   binary b = {.ctx = ctx, .path = path};
   *out = NULL;
   HETAB_TRY(hetab_bytes_read(ctx, path, most_bytes, &bytes, &b.size));
   b.bytes = (const unsigned char *)bytes;
-  hetab_status status = *bytes == 'b' ? read_sdf(&b, &l) : read_sur(&b, &l);
-  if (status == HETAB_OK)
-    status = read_heights(&b, &l, out);
-  free(bytes);
-  return status;
+  HETAB_TRY(*bytes == 'b' ? read_sdf(&b, &l) : read_sur(&b, &l));
+  return read_heights(&b, &l, out);
 }

@@ -26,8 +26,7 @@ static hetab_status list_scans(hetab_context *ctx, hetab_scan_list *list) {
     total += hetab_heights_row_count(list->heights[i]) +
              (is_map(list->heights[i]) ? hetab_heights_column_count(list->heights[i]) : 0);
   list->scans = hetab_alloc(ctx, total, sizeof *list->scans);
-  if (!list->scans)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(list->scans);
   for (size_t i = 0; i < list->inputs; i++) {
     add_scans(list, i, false);
     if (is_map(list->heights[i]))

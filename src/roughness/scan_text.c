@@ -201,18 +201,14 @@ static hetab_status from_columns(const text_scan *t, hetab_heights **out) {
     transpose(t, (*out)->z_um);
     return HETAB_OK;
   }
-  double *columns = hetab_alloc(t->csv.ctx, t->rows * t->count, sizeof *columns);
-  if (!columns)
-    return HETAB_ERR_MEMORY;
+  HETAB_FREED double *columns = hetab_alloc(t->csv.ctx, t->rows * t->count, sizeof *columns);
+  HETAB_NEED(columns);
   transpose(t, columns);
   const double *x_um = columns, *y_um = columns + t->rows, *z_um = y_um + t->has_y * t->rows;
-  hetab_status status =
-      t->has_y ? hetab_heights_from_points(t->csv.ctx, t->csv.path, x_um, y_um, z_um, t->rows,
-                                           t->options->resample_um, out)
-               : hetab_heights_from_places(t->csv.ctx, t->csv.path, x_um, z_um, t->rows,
-                                           t->count - 1, t->options->resample_um, out);
-  free(columns);
-  return status;
+  return t->has_y ? hetab_heights_from_points(t->csv.ctx, t->csv.path, x_um, y_um, z_um, t->rows,
+                                              t->options->resample_um, out)
+                  : hetab_heights_from_places(t->csv.ctx, t->csv.path, x_um, z_um, t->rows,
+                                              t->count - 1, t->options->resample_um, out);
 }
 
 static hetab_status from_map(const text_scan *t, hetab_heights **out) {
@@ -250,8 +246,7 @@ static hetab_status take_columns(text_scan *t) {
     return columns ? hetab_csv_fail(&t->csv, "%zu columns: at most %d", columns, MOST_COLUMNS)
                    : hetab_csv_fail(&t->csv, "no heights: is the file empty or cut off?");
   t->taken = hetab_alloc(t->csv.ctx, columns > 3 ? columns : 3, sizeof *t->taken);
-  if (!t->taken)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(t->taken);
   if (t->options->columns)
     return take_chosen(t);
   if (t->csv.named)

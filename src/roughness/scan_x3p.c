@@ -237,8 +237,8 @@ static void point_at(const x3p_file *f, size_t i, double *x_um, double *z_um) {
 
 /* Missing points of such a profile have no place either; they show as gaps. */
 static hetab_status from_places(const x3p_file *f, hetab_heights **out) {
-  double *x_um = hetab_alloc(f->ctx, f->total, sizeof *x_um);
-  double *z_um = hetab_alloc(f->ctx, f->total, sizeof *z_um);
+  HETAB_FREED double *x_um = hetab_alloc(f->ctx, f->total, sizeof *x_um);
+  HETAB_FREED double *z_um = hetab_alloc(f->ctx, f->total, sizeof *z_um);
   hetab_status status = HETAB_ERR_MEMORY;
   size_t count = 0;
   for (size_t i = 0; x_um && z_um && i < f->total; i++) {
@@ -249,8 +249,6 @@ static hetab_status from_places(const x3p_file *f, hetab_heights **out) {
     status = count < 2 ? hetab_fail(f->ctx, HETAB_ERR_PARSE, "%s: no valid points", f->path)
                        : hetab_heights_from_places(f->ctx, f->path, x_um, z_um, count, 1,
                                                    f->options->resample_um, out);
-  free(x_um);
-  free(z_um);
   return status;
 }
 

@@ -72,18 +72,15 @@ static hetab_status read_table(hetab_yaml *file, const yaml_node_t *entry,
   const char *text;
   HETAB_TRY(hetab_yaml_require(file, entry, "data", "add 'data: |' and rows of numbers", &data));
   HETAB_TRY(hetab_yaml_text(file, data, "data", "rows of numbers below 'data: |'", &text));
-  hetab_row *rows = hetab_alloc(file->ctx, count_lines(text), sizeof *rows);
-  char *lines = hetab_alloc(file->ctx, strlen(text) + 1, 1);
-  hetab_status status = rows && lines ? HETAB_OK : HETAB_ERR_MEMORY;
+  HETAB_FREED hetab_row *rows = hetab_alloc(file->ctx, count_lines(text), sizeof *rows);
+  HETAB_FREED char *lines = hetab_alloc(file->ctx, strlen(text) + 1, 1);
+  HETAB_NEED(rows && lines);
   size_t count = 0;
-  if (status == HETAB_OK)
-    status = read_rows(file, data, strcpy(lines, text), rules, columns, rows, &count);
-  for (int i = 0; status == HETAB_OK && i < columns; i++)
-    status = hetab_rows_to_curve(file->ctx, file->path, rows, count, i,
-                                 rules[i] == &hetab_rule_k_data, curves[i]);
-  free(rows);
-  free(lines);
-  return status;
+  HETAB_TRY(read_rows(file, data, strcpy(lines, text), rules, columns, rows, &count));
+  for (int i = 0; i < columns; i++)
+    HETAB_TRY(hetab_rows_to_curve(file->ctx, file->path, rows, count, i,
+                                  rules[i] == &hetab_rule_k_data, curves[i]));
+  return HETAB_OK;
 }
 
 /* ---- formulas ---- */
@@ -137,8 +134,7 @@ static hetab_status read_formula(hetab_yaml *file, const yaml_node_t *entry, int
                            formula, hetab_formula_counts(formula));
   HETAB_TRY(read_range(file, entry, curve));
   curve->values = hetab_alloc(file->ctx, count, sizeof *values);
-  if (!curve->values)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(curve->values);
   memcpy(curve->values, values, count * sizeof *values);
   curve->count = count;
   curve->formula = formula;

@@ -71,8 +71,7 @@ hetab_status hetab_surface_copy(hetab_context *ctx, const hetab_surface *surface
 hetab_status hetab_surface_sample(hetab_context *ctx, hetab_surface *surface,
                                   const double *lambda_um, size_t count) {
   hetab_band *bands = hetab_alloc(ctx, count, sizeof *bands);
-  if (!bands)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(bands);
   for (size_t i = 0; i < count; i++) {
     double diffuse = surface->diffuse[surface->diffuse_count == 1 ? 0 : i];
     bands[i].lambda_um = lambda_um[i];
@@ -122,8 +121,7 @@ hetab_status hetab_surface_set_wavelengths(hetab_context *ctx, hetab_surface *su
   double *old = surface->diffuse;
   size_t old_count = surface->diffuse_count;
   double *resampled = hetab_alloc(ctx, count, sizeof *resampled);
-  if (!resampled)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(resampled);
   for (size_t i = 0; i < count; i++)
     resampled[i] = diffuse_at(surface, lambda_um[i]);
   surface->diffuse = resampled;
@@ -188,12 +186,10 @@ static hetab_status fill_preset(hetab_context *ctx, const hetab_preset *preset,
     surface->sigma0_bounds_um[i] =
         round(1e6 * preset->sigma0_um * (1 + (2 * i - 1) * preset->non_uniformity)) / 1e6;
   HETAB_TRY(hetab_index_metal(ctx, preset->metal, &surface->index));
-  double *lambda_um;
+  HETAB_FREED double *lambda_um = NULL;
   size_t count;
   HETAB_TRY(hetab_parse_wavelengths(ctx, "400:700:10", &lambda_um, &count));
-  hetab_status status = hetab_surface_sample(ctx, surface, lambda_um, count);
-  free(lambda_um);
-  return status;
+  return hetab_surface_sample(ctx, surface, lambda_um, count);
 }
 
 hetab_status hetab_surface_preset(hetab_context *ctx, const char *name, hetab_surface **out) {

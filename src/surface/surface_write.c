@@ -120,12 +120,9 @@ static hetab_status write_to_memory(hetab_context *ctx, const hetab_surface *sur
 
 hetab_status hetab_surface_yaml(hetab_context *ctx, const hetab_surface *surface, char **text) {
   *text = NULL;
-  double *lambda_um = hetab_alloc(ctx, surface->count, sizeof *lambda_um);
-  if (!lambda_um)
-    return HETAB_ERR_MEMORY;
+  HETAB_FREED double *lambda_um = hetab_alloc(ctx, surface->count, sizeof *lambda_um);
+  HETAB_NEED(lambda_um);
   for (size_t i = 0; i < surface->count; i++)
     lambda_um[i] = surface->bands[i].lambda_um;
-  hetab_status status = write_to_memory(ctx, surface, lambda_um, text);
-  free(lambda_um);
-  return status;
+  return write_to_memory(ctx, surface, lambda_um, text);
 }

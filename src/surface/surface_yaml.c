@@ -54,13 +54,12 @@ static hetab_status read_bounds(hetab_yaml *file, const yaml_node_t *root, const
     return HETAB_OK;
   if (node->type != YAML_SEQUENCE_NODE)
     return hetab_yaml_fail(file, node, key, "not a list: give [LOW, HIGH]");
-  double *values;
+  HETAB_FREED double *values = NULL;
   size_t count;
   HETAB_TRY(hetab_yaml_numbers(file, node, key, rule, &values, &count));
   bool good = count == 2 && values[0] <= value && value <= values[1];
   if (good)
     memcpy(bounds, values, 2 * sizeof *bounds);
-  free(values);
   return good ? HETAB_OK
               : hetab_yaml_fail(file, node, key,
                                 "give [LOW, HIGH] with the value, %g, between them", value);
@@ -112,8 +111,7 @@ static hetab_status read_index_file(hetab_yaml *file, const yaml_node_t *node,
   const char *path;
   HETAB_TRY(hetab_yaml_text(file, node, "file", "the path of a .yml or .csv file", &path));
   char *resolved = resolve_path(file->ctx, file->path, path);
-  if (!resolved)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(resolved);
   hetab_status status = hetab_index_load(file->ctx, resolved, index);
   free(resolved);
   /* Malformed data names its own file and line; a missing file is a mistake in this one. */
@@ -234,7 +232,7 @@ static hetab_status read_wavelengths(hetab_yaml *file, const yaml_node_t *root,
 static hetab_status read_bands(hetab_yaml *file, const yaml_node_t *root, hetab_surface *surface) {
   const yaml_node_t *where;
   const char *key;
-  double *lambda_um;
+  HETAB_FREED double *lambda_um = NULL;
   size_t count;
   HETAB_TRY(read_wavelengths(file, root, &where, &key, &lambda_um, &count));
   hetab_status status = read_diffuse(file, root, count, surface);
@@ -243,7 +241,6 @@ static hetab_status read_bands(hetab_yaml *file, const yaml_node_t *root, hetab_
     if (status != HETAB_OK)
       hetab_yaml_locate(file, status, where, key);
   }
-  free(lambda_um);
   return status;
 }
 

@@ -77,8 +77,7 @@ static hetab_status parse_range(hetab_context *ctx, const char *text, double **v
     return hetab_fail(ctx, HETAB_ERR_PARSE, "'%.40s' is no range: give %s", text, wanted);
   HETAB_TRY(count_steps(ctx, ends[0], ends[1], ends[2], &steps));
   *values = hetab_alloc(ctx, steps + 1, sizeof **values);
-  if (!*values)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(*values);
   *count = steps + 1;
   /* From both ends, so that decimal steps land on decimal values: 400.3, not 400 + 3 * 0.1. */
   for (size_t i = 0; i <= steps; i++)
@@ -92,8 +91,7 @@ static hetab_status parse_list(hetab_context *ctx, const char *text, double **va
   for (const char *c = text; *c; c++)
     room += *c == ',';
   double *numbers = hetab_alloc(ctx, room, sizeof *numbers);
-  if (!numbers)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(numbers);
   hetab_status status = split_numbers(ctx, text, ',', numbers, room, count);
   if (status != HETAB_OK) {
     free(numbers);
@@ -156,12 +154,11 @@ static bool format_range(hetab_context *ctx, const double *nm, const double *lam
   hetab_number_format(nm[count - 1], stop);
   hetab_number_format((nm[count - 1] - nm[0]) / (double)(count - 1), step);
   snprintf(range, size, "%s:%s:%s", start, stop, step);
-  double *back;
+  HETAB_FREED double *back = NULL;
   size_t back_count;
   if (hetab_wavelengths_parse(ctx, range, 1000, &back, &back_count) != HETAB_OK)
     return false;
   bool same = back_count == count && memcmp(back, lambda_um, count * sizeof *back) == 0;
-  free(back);
   return same;
 }
 
@@ -176,9 +173,8 @@ void hetab_numbers_write(FILE *out, const double *values, size_t count) {
 
 hetab_status hetab_wavelengths_write(hetab_context *ctx, FILE *out, const double *lambda_um,
                                      size_t count) {
-  double *nm = hetab_alloc(ctx, count, sizeof *nm);
-  if (!nm)
-    return HETAB_ERR_MEMORY;
+  HETAB_FREED double *nm = hetab_alloc(ctx, count, sizeof *nm);
+  HETAB_NEED(nm);
   bool exact = true;
   for (size_t i = 0; exact && i < count; i++)
     exact = to_nm(lambda_um[i], &nm[i]);
@@ -189,6 +185,5 @@ hetab_status hetab_wavelengths_write(hetab_context *ctx, FILE *out, const double
     fputs(exact ? "wavelengths_nm: " : "wavelengths_um: ", out);
     hetab_numbers_write(out, exact ? nm : lambda_um, count);
   }
-  free(nm);
   return HETAB_OK;
 }

@@ -78,7 +78,7 @@ static hetab_status check_tame(const hetab_yaml *file, const char *text) {
 
 hetab_status hetab_yaml_open(hetab_context *ctx, const char *path, hetab_yaml *file) {
   *file = (hetab_yaml){.ctx = ctx, .path = path};
-  char *text;
+  HETAB_FREED char *text = NULL;
   size_t length;
   HETAB_TRY(hetab_text_read(ctx, path, &text, &length));
   yaml_parser_t parser;
@@ -91,7 +91,6 @@ hetab_status hetab_yaml_open(hetab_context *ctx, const char *path, hetab_yaml *f
   } else if (status == HETAB_OK) {
     status = hetab_fail(ctx, HETAB_ERR_MEMORY, "%s: out of memory", path);
   }
-  free(text);
   return status;
 }
 
@@ -231,8 +230,7 @@ hetab_status hetab_yaml_numbers(hetab_yaml *file, const yaml_node_t *sequence, c
   const yaml_node_item_t *items = sequence->data.sequence.items.start;
   size_t length = (size_t)(sequence->data.sequence.items.top - items);
   double *numbers = hetab_alloc(file->ctx, length, sizeof *numbers);
-  if (!numbers)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(numbers);
   for (size_t i = 0; i < length; i++) {
     const yaml_node_t *item = yaml_document_get_node(&file->document, items[i]);
     hetab_status status = hetab_yaml_number(file, item, key, rule, &numbers[i]);

@@ -20,9 +20,8 @@ struct hetab_h5_copy {
 static hetab_status copy_bytes(hetab_context *ctx, int from, const char *source,
                                hetab_atomic_file *to) {
   hetab_status status = HETAB_OK;
-  char *buffer = hetab_alloc(ctx, BUFFER_BYTES, 1);
-  if (!buffer)
-    return HETAB_ERR_MEMORY;
+  HETAB_FREED char *buffer = hetab_alloc(ctx, BUFFER_BYTES, 1);
+  HETAB_NEED(buffer);
   for (ssize_t count = 1; count != 0 && status == HETAB_OK;) {
     count = read(from, buffer, BUFFER_BYTES);
     if (count > 0)
@@ -30,7 +29,6 @@ static hetab_status copy_bytes(hetab_context *ctx, int from, const char *source,
     else if (count < 0 && errno != EINTR)
       status = hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': %m", source);
   }
-  free(buffer);
   return status;
 }
 
@@ -71,8 +69,7 @@ hetab_status hetab_h5_copy_create(hetab_context *ctx, const char *source, const 
   hetab_status status;
   *out = NULL;
   hetab_h5_copy *copy = hetab_alloc(ctx, 1, sizeof *copy);
-  if (!copy)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(copy);
   copy->h5 = copy->brdf = H5I_INVALID_HID;
   HETAB_GOTO(hetab_atomic_create(ctx, path, overwrite, &copy->file));
   HETAB_GOTO(copy_file(ctx, source, copy->file));

@@ -202,8 +202,7 @@ static double nanometres(double um) {
 static hetab_status split_columns(hetab_context *ctx, const hetab_h5_head *head, columns *columns) {
   size_t count = head->channels;
   double *memory = hetab_alloc(ctx, 4 * count, sizeof *memory);
-  if (!memory)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(memory);
   columns->axis = memory;
   columns->n = memory + count;
   columns->k = memory + 2 * count;

@@ -144,13 +144,12 @@ static hetab_status read_wavelengths(hetab_context *ctx, hetab_h5_table *table,
 /* Tables made from linear sRGB have channels in place of wavelengths. */
 static hetab_status read_leading_axis(hetab_context *ctx, hetab_h5_table *table,
                                       const hetab_h5_errors *errors) {
-  double *channels;
+  HETAB_FREED double *channels = NULL;
   table->srgb = H5Lexists(table->h5, "wavelength", H5P_DEFAULT) <= 0 &&
                 H5Lexists(table->h5, "channel", H5P_DEFAULT) > 0;
   if (!table->srgb)
     return read_wavelengths(ctx, table, errors);
   HETAB_TRY(read_axis(ctx, table, WAVELENGTH, &channels, errors));
-  free(channels);
   return table->dims[WAVELENGTH] == SRGB_CHANNELS
              ? HETAB_OK
              : hetab_fail(ctx, HETAB_ERR_PARSE, "'%s': /channel has %llu entries in place of 3",
@@ -262,8 +261,7 @@ hetab_status hetab_h5_open_any(hetab_context *ctx, const char *path, hetab_h5_ta
   hetab_status status;
   *out = NULL;
   hetab_h5_table *table = hetab_alloc(ctx, 1, sizeof *table);
-  if (!table)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(table);
   table->descriptor.fd = -1;
   table->h5 = table->brdf = H5I_INVALID_HID;
   hetab_h5_errors_begin(&errors);
@@ -400,7 +398,7 @@ hetab_status hetab_h5_read_specular(hetab_context *ctx, hetab_h5_table *table, d
 
 hetab_status hetab_h5_bands(hetab_context *ctx, hetab_h5_table *table, hetab_band *bands) {
   size_t count = (size_t)table->dims[WAVELENGTH];
-  double *values = hetab_alloc(ctx, 3 * count, sizeof *values);
+  HETAB_FREED double *values = hetab_alloc(ctx, 3 * count, sizeof *values);
   hetab_status status = values ? HETAB_OK : HETAB_ERR_MEMORY;
   static const char *const names[] = {"n", "k", "uniform_diffuse"};
   for (size_t i = 0; i < 3 && status == HETAB_OK; i++)
@@ -408,7 +406,6 @@ hetab_status hetab_h5_bands(hetab_context *ctx, hetab_h5_table *table, hetab_ban
   for (size_t w = 0; w < count && status == HETAB_OK; w++)
     bands[w] =
         (hetab_band){table->lambda_um[w], values[w], values[count + w], values[2 * count + w]};
-  free(values);
   return status;
 }
 

@@ -184,8 +184,7 @@ hetab_status hetab_h5_create_from(hetab_context *ctx, const char *path, const he
   *out = NULL;
   HETAB_TRY(check_options(ctx, options));
   h5_writer *w = hetab_alloc(ctx, 1, sizeof *w);
-  if (!w)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(w);
   w->h5 = H5I_INVALID_HID;
   w->options = *options;
   w->slab_type = options->slabs == HETAB_FLOAT ? H5T_NATIVE_FLOAT : H5T_NATIVE_DOUBLE;
@@ -206,9 +205,8 @@ hetab_status hetab_h5_create(hetab_context *ctx, const char *path, const hetab_s
   *out = NULL;
   HETAB_OPTIONS(ctx, hetab_h5_options, own, options);
   size_t count = hetab_surface_band_count(surface);
-  double *lambda_um = hetab_alloc(ctx, count, sizeof *lambda_um);
-  if (!lambda_um)
-    return HETAB_ERR_MEMORY;
+  HETAB_FREED double *lambda_um = hetab_alloc(ctx, count, sizeof *lambda_um);
+  HETAB_NEED(lambda_um);
   for (size_t i = 0; i < count; i++)
     lambda_um[i] = hetab_surface_bands(surface)[i].lambda_um;
   hetab_h5_head head = {.name = hetab_surface_name(surface),
@@ -218,7 +216,5 @@ hetab_status hetab_h5_create(hetab_context *ctx, const char *path, const hetab_s
                         .channels = count,
                         .lambda_um = lambda_um,
                         .bands = hetab_surface_bands(surface)};
-  hetab_status status = hetab_h5_create_from(ctx, path, &head, grid, &own, out);
-  free(lambda_um);
-  return status;
+  return hetab_h5_create_from(ctx, path, &head, grid, &own, out);
 }

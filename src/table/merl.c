@@ -36,8 +36,7 @@ struct hetab_merl {
 
 hetab_status hetab_merl_create(hetab_context *ctx, hetab_merl **out) {
   *out = hetab_alloc(ctx, 1, sizeof **out);
-  if (!*out)
-    return HETAB_ERR_MEMORY;
+  HETAB_NEED(*out);
   for (int c = 0; c < CHANNELS; c++)
     for (size_t i = 0; i < HETAB_MERL_CELLS; i++)
       (*out)->values[c][i] = below_horizon;

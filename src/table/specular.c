@@ -44,7 +44,7 @@ hetab_status hetab_specular_of_h5(hetab_context *ctx, hetab_h5_table *table, con
   const hetab_grid *grid = hetab_h5_grid(table);
   size_t channels = hetab_h5_wavelength_count(table), count = hetab_grid_count(grid, HETAB_THETA_I);
   HETAB_TRY(allocate(ctx, channels, count, s));
-  double *rho = hetab_alloc(ctx, channels * count, sizeof *rho);
+  HETAB_FREED double *rho = hetab_alloc(ctx, channels * count, sizeof *rho);
   hetab_status status =
       rho ? hetab_h5_read_specular(ctx, table, rho) : HETAB_ERR_MEMORY; /* [wavelength][theta_i] */
   for (size_t i = 0; i < count && status == HETAB_OK; i++) {
@@ -58,7 +58,6 @@ hetab_status hetab_specular_of_h5(hetab_context *ctx, hetab_h5_table *table, con
                             path, rho[c * count + i], c, i);
     }
   }
-  free(rho);
   return status;
 }
 
@@ -144,8 +143,8 @@ static void band_weights(const double *from_um, size_t waves, const double *to_u
 
 static hetab_status mix(hetab_context *ctx, const csv *file, size_t channels,
                         const double *lambda_um, hetab_specular_table *s) {
-  double *from_um = hetab_alloc(ctx, file->waves, sizeof *from_um);
-  double *weight = hetab_alloc(ctx, file->waves, channels * sizeof *weight);
+  HETAB_FREED double *from_um = hetab_alloc(ctx, file->waves, sizeof *from_um);
+  HETAB_FREED double *weight = hetab_alloc(ctx, file->waves, channels * sizeof *weight);
   hetab_status status =
       from_um && weight ? allocate(ctx, channels, file->angles, s) : HETAB_ERR_MEMORY;
   for (size_t w = 0; w < file->waves && status == HETAB_OK; w++)
@@ -166,8 +165,6 @@ static hetab_status mix(hetab_context *ctx, const csv *file, size_t channels,
       s->rho[i * channels + c] = (float)fmax(sum, 0);
     }
   }
-  free(from_um);
-  free(weight);
   return status;
 }
 
@@ -194,12 +191,9 @@ static hetab_status read_csv(hetab_context *ctx, const char *path, size_t channe
 hetab_status hetab_specular_beside(hetab_context *ctx, const char *path, size_t channels,
                                    const double *lambda_um, hetab_specular_table *s) {
   *s = (hetab_specular_table){.channels = channels};
-  char *beside = hetab_specular_path(ctx, path);
-  if (!beside)
-    return HETAB_ERR_MEMORY;
-  hetab_status status = read_csv(ctx, beside, channels, lambda_um, s);
-  free(beside);
-  return status;
+  HETAB_FREED char *beside = hetab_specular_path(ctx, path);
+  HETAB_NEED(beside);
+  return read_csv(ctx, beside, channels, lambda_um, s);
 }
 
 /* ---- writing ------------------------------------------------------------------------------- */
@@ -242,7 +236,7 @@ static bool is_there(const char *path, const char *text, size_t size) {
 hetab_status hetab_specular_save(hetab_context *ctx, const char *path, const double *lambda_um,
                                  size_t count, bool are_channels, const double *rho,
                                  int overwrite) {
-  char *text = NULL;
+  HETAB_FREED char *text = NULL;
   size_t size;
   FILE *stream = open_memstream(&text, &size);
   if (!stream)
@@ -253,7 +247,6 @@ hetab_status hetab_specular_save(hetab_context *ctx, const char *path, const dou
     status = hetab_fail(ctx, HETAB_ERR_MEMORY, "out of memory for '%s'", path);
   else if (overwrite || !is_there(path, text, size))
     status = hetab_text_save(ctx, path, text, size, overwrite);
-  free(text);
   return status;
 }
 

@@ -79,7 +79,7 @@ static hetab_status fill_angle(hetab_context *ctx, const hetab_view_source *sour
                                hetab_lobe_size size, int fixed_is_wo, hetab_lobe_node *nodes) {
   size_t count = node_count(size);
   hetab_status status = HETAB_ERR_MEMORY;
-  float(*memory)[3] = hetab_alloc(ctx, 3 * count, sizeof *memory);
+  HETAB_FREED float(*memory)[3] = hetab_alloc(ctx, 3 * count, sizeof *memory);
   if (!memory)
     return status;
   float(*fixed)[3] = memory, (*other)[3] = memory + count, (*rgb)[3] = memory + 2 * count;
@@ -90,7 +90,6 @@ static hetab_status fill_angle(hetab_context *ctx, const hetab_view_source *sour
                                       (const float(*)[3])other, rgb);
   for (size_t i = 0; i < count && status == HETAB_OK; i++)
     nodes[i] = make_node(rgb[i]);
-  free(memory);
   return status;
 }
 

@@ -237,12 +237,11 @@ static hetab_status paint(hetab_context *ctx, const scene *s, size_t side, float
 
 hetab_status hetab_view_make_sphere(hetab_context *ctx, const hetab_view_source *source,
                                     size_t side, float (*rgb)[3]) {
-  scene *s = hetab_alloc(ctx, 1, sizeof *s);
+  HETAB_FREED scene *s = hetab_alloc(ctx, 1, sizeof *s);
   hetab_status status = s ? make_scene(ctx, source, s) : HETAB_ERR_MEMORY;
   if (status == HETAB_OK)
     status = paint(ctx, s, side, rgb);
   if (s)
     hetab_lobe_table_clear(&s->table);
-  free(s);
   return status;
 }

@@ -61,42 +61,33 @@ static hetab_status eval_surface(hetab_context *ctx, const hetab_view_source *s,
                                  const float (*wi)[3], const float (*wo)[3], float (*rgb)[3]) {
   size_t batch = BATCH / s->channels + 1, size = batch * s->channels;
   hetab_status status = HETAB_ERR_MEMORY;
-  hetab_point *points = hetab_alloc(ctx, size, sizeof *points);
-  hetab_value *values = hetab_alloc(ctx, size, sizeof *values);
-  double *channels = hetab_alloc(ctx, s->channels, sizeof *channels);
+  HETAB_FREED hetab_point *points = hetab_alloc(ctx, size, sizeof *points);
+  HETAB_FREED hetab_value *values = hetab_alloc(ctx, size, sizeof *values);
+  HETAB_FREED double *channels = hetab_alloc(ctx, s->channels, sizeof *channels);
   if (points && values && channels)
     status = HETAB_OK;
   for (size_t i = 0; i < count && status == HETAB_OK; i += batch)
     status = eval_batch(ctx, s, count - i < batch ? count - i : batch, wi + i, wo + i, rgb + i,
                         points, values, channels);
-  free(points);
-  free(values);
-  free(channels);
   return status;
 }
 
 static hetab_status specular_surface(hetab_context *ctx, const hetab_view_source *s, double theta,
                                      float rgb[3]) {
-  hetab_status status;
-  hetab_point *points = hetab_alloc(ctx, s->channels, sizeof *points);
-  hetab_value *values = hetab_alloc(ctx, s->channels, sizeof *values);
-  double *channels = hetab_alloc(ctx, s->channels, sizeof *channels);
+  HETAB_FREED hetab_point *points = hetab_alloc(ctx, s->channels, sizeof *points);
+  HETAB_FREED hetab_value *values = hetab_alloc(ctx, s->channels, sizeof *values);
+  HETAB_FREED double *channels = hetab_alloc(ctx, s->channels, sizeof *channels);
   const float up[3] = {0, 0, 1};
-  if (!points || !values || !channels)
-    HETAB_GOTO(HETAB_ERR_MEMORY);
+  HETAB_NEED(points && values && channels);
   for (size_t b = 0; b < s->channels; b++) {
     points[b] = point_of(s, &s->bands[b], up, up);
     points[b].theta_i = points[b].theta_r = theta;
   }
-  HETAB_GOTO(hetab_evaluate(ctx, s->engine, points, s->channels, values));
+  HETAB_TRY(hetab_evaluate(ctx, s->engine, points, s->channels, values));
   for (size_t b = 0; b < s->channels; b++)
     channels[b] = values[b].specular;
   hetab_view_colour(s, channels, rgb);
-done:
-  free(points);
-  free(values);
-  free(channels);
-  return status;
+  return HETAB_OK;
 }
 
 /* One band, or all. */
@@ -105,7 +96,7 @@ static hetab_status take_bands(hetab_context *ctx, const hetab_surface *surface,
   s->channels = wavelength_um > 0 ? 1 : hetab_surface_band_count(surface);
   s->bands = hetab_alloc(ctx, s->channels, sizeof *s->bands);
   s->weights = hetab_alloc(ctx, s->channels, sizeof *s->weights);
-  double *lambda_um = hetab_alloc(ctx, s->channels, sizeof *lambda_um);
+  HETAB_FREED double *lambda_um = hetab_alloc(ctx, s->channels, sizeof *lambda_um);
   hetab_status status = s->bands && s->weights && lambda_um ? HETAB_OK : HETAB_ERR_MEMORY;
   if (status == HETAB_OK && wavelength_um > 0) {
     s->weights[0][0] = s->weights[0][1] = s->weights[0][2] = 1;
@@ -116,7 +107,6 @@ static hetab_status take_bands(hetab_context *ctx, const hetab_surface *surface,
       lambda_um[b] = s->bands[b].lambda_um;
     status = hetab_srgb_weights(ctx, lambda_um, s->channels, s->weights);
   }
-  free(lambda_um);
   return status;
 }
 

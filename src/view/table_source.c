@@ -26,16 +26,14 @@ static hetab_status mix(hetab_context *ctx, const hetab_view_source *s, const fl
 static hetab_status eval_table(hetab_context *ctx, const hetab_view_source *s, size_t count,
                                const float (*wi)[3], const float (*wo)[3], float (*rgb)[3]) {
   hetab_status status = HETAB_ERR_MEMORY;
-  float *values = hetab_alloc(ctx, s->channels, sizeof *values);
-  double *doubles = hetab_alloc(ctx, s->channels, sizeof *doubles);
+  HETAB_FREED float *values = hetab_alloc(ctx, s->channels, sizeof *values);
+  HETAB_FREED double *doubles = hetab_alloc(ctx, s->channels, sizeof *doubles);
   if (values && doubles)
     status = HETAB_OK;
   for (size_t i = 0; i < count && status == HETAB_OK; i++) {
     hetab_lookup_eval(s->table, NULL, 1, wi[i], wo[i], values, NULL);
     status = mix(ctx, s, values, doubles, rgb[i]);
   }
-  free(values);
-  free(doubles);
   return status;
 }
 
@@ -43,14 +41,12 @@ static hetab_status specular_table(hetab_context *ctx, const hetab_view_source *
                                    float rgb[3]) {
   hetab_status status = HETAB_ERR_MEMORY;
   const float wi[3] = {(float)sin(theta), 0, (float)cos(theta)};
-  float *values = hetab_alloc(ctx, s->channels, sizeof *values);
-  double *doubles = hetab_alloc(ctx, s->channels, sizeof *doubles);
+  HETAB_FREED float *values = hetab_alloc(ctx, s->channels, sizeof *values);
+  HETAB_FREED double *doubles = hetab_alloc(ctx, s->channels, sizeof *doubles);
   if (values && doubles) {
     hetab_lookup_albedo(s->table, NULL, 1, wi, NULL, values);
     status = mix(ctx, s, values, doubles, rgb);
   }
-  free(values);
-  free(doubles);
   return status;
 }
 

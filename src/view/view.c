@@ -52,8 +52,7 @@ static hetab_status fill(hetab_context *ctx, const hetab_view_source *source, he
   for (size_t i = 0; i < view->theta_i_count && shows(view, HETAB_VIEW_LOBES); i++) {
     view->lobes[i] = hetab_alloc(ctx, HETAB_LOBE_POINTS, sizeof *view->lobes[i]);
     view->lobe_theta_r_deg[i] = hetab_alloc(ctx, HETAB_LOBE_POINTS, sizeof(float));
-    if (!view->lobes[i] || !view->lobe_theta_r_deg[i])
-      return HETAB_ERR_MEMORY;
+    HETAB_NEED(view->lobes[i] && view->lobe_theta_r_deg[i]);
     HETAB_TRY(hetab_view_make_lobe(ctx, source, view->theta_i[i], view->lobe_theta_r_deg[i],
                                    view->lobes[i]));
   }

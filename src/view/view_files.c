@@ -31,7 +31,8 @@ static hetab_status encode(hetab_context *ctx, const hetab_canvas *page, void **
                      .height = (png_uint_32)page->height,
                      .format = PNG_FORMAT_RGB};
   png_alloc_size_t most = PNG_IMAGE_PNG_SIZE_MAX(image);
-  unsigned char *bytes = hetab_alloc(ctx, (size_t)page->width * (size_t)page->height, 3);
+  HETAB_FREED unsigned char *bytes =
+      hetab_alloc(ctx, (size_t)page->width * (size_t)page->height, 3);
   *out = bytes ? hetab_alloc(ctx, most, 1) : NULL;
   hetab_status status = *out ? HETAB_OK : HETAB_ERR_MEMORY;
   if (status == HETAB_OK) {
@@ -40,23 +41,17 @@ static hetab_status encode(hetab_context *ctx, const hetab_canvas *page, void **
       status = hetab_fail(ctx, HETAB_ERR_IO, "cannot make a PNG of the view: %s", image.message);
   }
   *size = most;
-  free(bytes);
   return status;
 }
 
 hetab_status hetab_view_save_png(hetab_context *ctx, const hetab_view *view, const char *path,
                                  int overwrite) {
-  hetab_canvas page;
-  void *file = NULL;
+  HETAB_ENDS(hetab_canvas_clear) hetab_canvas page = {0};
+  HETAB_FREED void *file = NULL;
   size_t size;
-  hetab_status status;
   HETAB_TRY(hetab_page_draw(ctx, view, &page));
-  HETAB_GOTO(encode(ctx, &page, &file, &size));
-  HETAB_GOTO(hetab_text_save(ctx, path, file, size, overwrite));
-done:
-  free(file);
-  hetab_canvas_clear(&page);
-  return status;
+  HETAB_TRY(encode(ctx, &page, &file, &size));
+  return hetab_text_save(ctx, path, file, size, overwrite);
 }
 
 /* ---- OpenEXR ------------------------------------------------------------------------------- */
@@ -108,17 +103,14 @@ static hetab_status write_layer(hetab_context *ctx, hetab_exr_file *file, int nu
   hetab_exr_part part = part_of(l);
   size_t count = l->width * l->height;
   const float *planes[MOST_CHANNELS];
-  float *memory = hetab_alloc(ctx, 3 * count, sizeof *memory);
-  if (!memory)
-    return HETAB_ERR_MEMORY;
+  HETAB_FREED float *memory = hetab_alloc(ctx, 3 * count, sizeof *memory);
+  HETAB_NEED(memory);
   for (size_t i = 0; i < 3 * count; i++)
     memory[i % 3 * count + i / 3] = l->rgb[i / 3][i % 3];
   for (size_t c = 0; c < 3; c++)
     planes[c] = memory + c * count;
   planes[3] = l->theta_r_deg;
-  hetab_status status = hetab_exr_file_write(ctx, file, number, &part, planes);
-  free(memory);
-  return status;
+  return hetab_exr_file_write(ctx, file, number, &part, planes);
 }
 
 static void add_layer(hetab_exr_file *file, const hetab_view *view, const layer *l,
