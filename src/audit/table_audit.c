@@ -51,10 +51,11 @@ static void judge_specular(const hetab_audit_options *o, hetab_audit *audit) {
   hetab_audit_add(
       audit, "specular", missing > o->max_missing ? HETAB_WARN : HETAB_PASS, missing,
       o->max_missing,
-      "%.3g of white-sky reflectance is missing: of the specular delta's %.3g, %.0f %% is "
-      "%s",
-      missing, a->specular_hh, 100 * a->specular_in_table,
-      a->specular_apart ? "in the file, beside the BRDF" : "in the table");
+      "%.3g of white-sky reflectance is missing: the specular delta reflects %.3g, and the %s %.0f "
+      "%% of that",
+      missing, a->specular_hh,
+      a->specular_apart ? "file has beside the BRDF" : "table's entries have",
+      100 * a->specular_in_table);
 }
 
 void hetab_audit_judge_against(const hetab_audit_options *o, const double *specular,
