@@ -58,11 +58,8 @@ hetab_status hetab_audit_table(hetab_context *ctx, hetab_engine *engine, const c
     audit->lookup = o.lookup;
     status = FORMATS[format].audit(ctx, engine, path, &o, audit);
   }
-  if (status == HETAB_OK)
-    *out = audit;
-  else
-    hetab_audit_free(audit);
-  return status;
+  *out = audit;
+  HETAB_MADE(hetab_audit, out, status);
 }
 
 hetab_status hetab_repair(hetab_context *ctx, const char *path, const char *out_path,

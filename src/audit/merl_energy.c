@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "audit/merl_read.h"
+#include "core/number.h"
 
 enum { CHANNELS = HETAB_MERL_CHANNELS, GAUSS = 3 };
 enum { ARCS = 16, CUTS = ARCS + HETAB_MERL_THETA_D + 2 * HETAB_MERL_PHI_D + 4 };
@@ -84,11 +85,6 @@ static double horizon_of(const light *l, const ring *r) {
   return acos(cos_p / r->a);
 }
 
-static int compare(const void *a, const void *b) {
-  double x = *(const double *)a, y = *(const double *)b;
-  return (x > y) - (x < y);
-}
-
 /* Where phi_d is that of an edge, or its opposite: s (sin(phi_h) cos p + cos_h cos(phi_h) sin p) =
  * c sin_h sin p. */
 static size_t add_phi_cuts(const light *l, const ring *r, double end, double *cuts) {
@@ -117,7 +113,7 @@ static size_t cuts_of(const light *l, const ring *r, double end, double cuts[CUT
   }
   for (int i = 0; i <= ARCS; i++) /* and short enough for the rule */
     cuts[count++] = end * i / ARCS;
-  qsort(cuts, count, sizeof *cuts, compare);
+  hetab_sort(cuts, count);
   return count;
 }
 
@@ -224,7 +220,7 @@ static size_t panels_of(const light *l, double theta_i, double ends[PANELS]) {
     ends[count++] = h_at(fabs(theta_d - theta_i));
     ends[count++] = h_at(theta_d + theta_i);
   }
-  qsort(ends, count, sizeof *ends, compare);
+  hetab_sort(ends, count);
   while (kept < count && ends[kept] <= last)
     kept++;
   return kept;

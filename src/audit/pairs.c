@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/number.h"
 #include "core/random.h"
 #include "engine/borrowed.h"
 #include "engine/sample.h"
@@ -89,11 +90,6 @@ typedef struct drawn {
   double *deg, *at, *density; /* degrees; sine of theta_r, or phi; per unit of `at` */
 } drawn;
 
-static int ascending(const void *a, const void *b) {
-  double x = *(const double *)a, y = *(const double *)b;
-  return x < y ? -1 : x > y;
-}
-
 /* The q-th of `count` strata of [0, 1). */
 static double stratum(uint64_t *random, size_t q, size_t count) {
   return ((double)q + hetab_random_unit(random)) / (double)count;
@@ -106,7 +102,7 @@ static void draw_theta_r(uint64_t *random, double sin_i, double reach, drawn *d)
   for (size_t q = 0; q < d->count; q++)
     d->at[q] = q < half ? sqrt(stratum(random, q, half))
                         : low + (high - low) * stratum(random, q - half, d->count - half);
-  qsort(d->at, d->count, sizeof *d->at, ascending);
+  hetab_sort(d->at, d->count);
   for (size_t q = 0; q < d->count; q++) {
     double s = d->at[q];
     d->density[q] = s + (s >= low && s <= high ? 0.5 / (high - low) : 0);
@@ -120,7 +116,7 @@ static void draw_phi(uint64_t *random, double reach, drawn *d) {
   for (size_t q = 0; q < d->count; q++)
     d->at[q] = q < half ? M_PI * stratum(random, q, half)
                         : M_PI - reach * stratum(random, q - half, d->count - half);
-  qsort(d->at, d->count, sizeof *d->at, ascending);
+  hetab_sort(d->at, d->count);
   for (size_t q = 0; q < d->count; q++) {
     d->density[q] = 0.5 / M_PI + (M_PI - d->at[q] <= reach ? 0.5 / reach : 0);
     d->deg[q] = d->at[q] * 180 / M_PI;

@@ -181,9 +181,6 @@ hetab_status hetab_audit_surface(hetab_context *ctx, hetab_engine *engine,
       hetab_audit_new(ctx, HETAB_AUDIT_SURFACE, hetab_surface_name(surface), &audit);
   if (status == HETAB_OK)
     status = fill(ctx, engine, surface, &o, audit);
-  if (status == HETAB_OK)
-    *out = audit;
-  else
-    hetab_audit_free(audit);
-  return status;
+  *out = audit;
+  HETAB_MADE(hetab_audit, out, status);
 }

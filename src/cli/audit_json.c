@@ -59,13 +59,6 @@ static json_t *channels_json(const hetab_audit *a) {
   return list;
 }
 
-static json_t *degrees_json(const double *radians, size_t count) {
-  json_t *list = json_array();
-  for (size_t i = 0; i < count; i++)
-    json_array_append_new(list, json_real(hetab_degrees(radians[i])));
-  return list;
-}
-
 static json_t *symmetry_json(const hetab_symmetry *s) {
   if (!s->compared)
     return json_null();
@@ -114,13 +107,14 @@ static json_t *dims_json(const hetab_audit *a) {
 
 static json_t *result_json(const audit_result *result) {
   const hetab_audit *a = result->audit;
-  json_t *object = json_pack(
-      "{so ss ss so so so so so so so so}", "input", cli_json_text(result->input), "kind",
-      hetab_audit_kind_name(a->kind), "verdict", hetab_verdict_name(hetab_audit_verdict(a)),
-      "checks", checks_json(a), "theta_i_deg", degrees_json(a->theta_i, a->theta_count), "channels",
-      channels_json(a), "cells", cells_json(&a->cells), "reciprocity",
-      symmetry_json(&a->reciprocity), "isotropy", symmetry_json(&a->isotropy), "bilateral",
-      symmetry_json(&a->bilateral), "against", against_json(a->against));
+  json_t *object =
+      json_pack("{so ss ss so so so so so so so so}", "input", cli_json_text(result->input), "kind",
+                hetab_audit_kind_name(a->kind), "verdict",
+                hetab_verdict_name(hetab_audit_verdict(a)), "checks", checks_json(a), "theta_i_deg",
+                CLI_JSON_LIST(a->theta_count, json_real(hetab_degrees(a->theta_i[i]))), "channels",
+                channels_json(a), "cells", cells_json(&a->cells), "reciprocity",
+                symmetry_json(&a->reciprocity), "isotropy", symmetry_json(&a->isotropy),
+                "bilateral", symmetry_json(&a->bilateral), "against", against_json(a->against));
   if (a->kind == HETAB_AUDIT_H5)
     json_object_set_new(object, "separability", cli_json_number(a->separability));
   if (a->kind != HETAB_AUDIT_SURFACE) {
@@ -146,9 +140,7 @@ static json_t *repair_json(const audit_report *report) {
 json_t *audit_json(const audit_report *report) {
   size_t counts[3];
   hetab_verdict worst = audit_worst(report, counts);
-  json_t *results = json_array();
-  for (size_t i = 0; i < report->count; i++)
-    json_array_append_new(results, result_json(&report->results[i]));
+  json_t *results = CLI_JSON_LIST(report->count, result_json(&report->results[i]));
   return json_pack("{ss ss s{sI sI sI} so so}", "version", hetab_version(), "verdict",
                    hetab_verdict_name(worst), "summary", "pass", (json_int_t)counts[HETAB_PASS],
                    "warn", (json_int_t)counts[HETAB_WARN], "fail", (json_int_t)counts[HETAB_FAIL],

@@ -4,6 +4,16 @@
 #include <hetab/hetab.h>
 #include "core/scope.h"
 
+/* A step of a command: -1 to go on, else the exit status, which ends the function. */
+#define CLI_TRY(step)                                                                              \
+  do {                                                                                             \
+    int try_status_ = (step);                                                                      \
+    if (try_status_ >= 0)                                                                          \
+      return try_status_;                                                                          \
+  } while (0)
+/* A call of the library as a step. */
+#define CLI_CALL(ctx, call) CLI_TRY((call) == HETAB_OK ? -1 : cli_fail_context(ctx))
+
 HETAB_HANDLE(hetab_context)
 HETAB_HANDLE(hetab_engine)
 HETAB_HANDLE(hetab_plan)

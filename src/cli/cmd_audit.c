@@ -69,8 +69,7 @@ static int open_engine(audit_job *job) {
 static int open_against(audit_job *job) {
   if (!job->request->against)
     return -1;
-  if (hetab_surface_open(job->ctx, job->request->against, &job->against) != HETAB_OK)
-    return cli_fail_context(job->ctx);
+  CLI_CALL(job->ctx, hetab_surface_open(job->ctx, job->request->against, &job->against));
   job->options.against = job->against;
   return -1;
 }
@@ -106,17 +105,14 @@ static int audit_one(audit_job *job, const char *input, int table) {
   audit_result *result = &job->report.results[job->report.count];
   int needs_engine =
       !table || (!job->options.no_reference && (job->options.against || is_h5(input)));
-  int status = needs_engine ? open_engine(job) : -1;
-  if (status >= 0)
-    return status;
+  CLI_TRY(needs_engine ? open_engine(job) : -1);
   result->input = input;
   cli_progress_begin(input, job->request->quiet);
   hetab_status done =
       table ? hetab_audit_table(job->ctx, job->engine, input, &job->options, &result->audit)
             : run_surface(job, input, &result->audit);
   cli_progress_end();
-  if (done != HETAB_OK)
-    return cli_fail_context(job->ctx);
+  CLI_CALL(job->ctx, done);
   job->report.count++;
   if (!job->request->json && !job->request->quiet)
     audit_print(result);
@@ -129,8 +125,7 @@ static int repair(audit_job *job, const char *input) {
   hetab_status done = hetab_repair(job->ctx, input, r->repair, job->options.lookup, r->scale_energy,
                                    r->force, &job->report.repair);
   cli_progress_end();
-  if (done != HETAB_OK)
-    return cli_fail_context(job->ctx);
+  CLI_CALL(job->ctx, done);
   job->report.repaired = r->repair;
   if (!r->json && !r->quiet)
     audit_print_repair(&job->report);
@@ -141,21 +136,16 @@ static int repair(audit_job *job, const char *input) {
 
 static int save_page(const audit_job *job) {
   cli_text page;
-  int status = cli_text_begin(&page);
-  if (status >= 0)
-    return status;
+  CLI_TRY(cli_text_begin(&page));
   audit_html(page.stream, &job->report);
   return cli_text_save(&page, job->ctx, job->request->html, job->request->force);
 }
 
 static int publish(audit_job *job) {
   const audit_request *r = job->request;
-  int status = r->html ? save_page(job) : -1;
-  if (status < 0)
-    status = cli_publish(job->ctx);
-  if (status >= 0)
-    return status;
-  status = audit_exit_status(&job->report);
+  CLI_TRY(r->html ? save_page(job) : -1);
+  CLI_TRY(cli_publish(job->ctx));
+  int status = audit_exit_status(&job->report);
   if (r->json)
     return cli_json_print(audit_json(&job->report)) == CLI_OK ? status : CLI_FAILURE;
   if (!r->quiet)
@@ -173,18 +163,16 @@ static int check_inputs(char **inputs, size_t count) {
 
 static int run_job(audit_job *job, char **inputs, size_t count) {
   const audit_request *r = job->request;
-  int status = check_inputs(inputs, count);
-  if (status < 0 && r->html && !cli_output_allowed(job->ctx, r->html, r->force))
-    status = CLI_FAILURE;
-  if (status < 0 && r->repair && !cli_output_allowed(job->ctx, r->repair, r->force))
-    status = CLI_FAILURE;
-  if (status < 0)
-    status = open_against(job);
-  for (size_t i = 0; i < count && status < 0; i++)
-    status = audit_one(job, inputs[i], is_table(inputs[i]));
-  if (status < 0 && r->repair)
-    status = repair(job, inputs[0]);
-  return status < 0 ? publish(job) : status;
+  CLI_TRY(check_inputs(inputs, count));
+  if ((r->html && !cli_output_allowed(job->ctx, r->html, r->force)) ||
+      (r->repair && !cli_output_allowed(job->ctx, r->repair, r->force)))
+    return CLI_FAILURE;
+  CLI_TRY(open_against(job));
+  for (size_t i = 0; i < count; i++)
+    CLI_TRY(audit_one(job, inputs[i], is_table(inputs[i])));
+  if (r->repair)
+    CLI_TRY(repair(job, inputs[0]));
+  return publish(job);
 }
 
 static int start(const audit_request *request, char **inputs, size_t count) {

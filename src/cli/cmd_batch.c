@@ -311,9 +311,7 @@ static int parse(const cli_command *self, int argc, char **argv, batch_request *
       CLI_QUIET(&r->quiet),
       {CLI_FLAG, "json", 0, NULL, "print the summary as JSON, as described above", &r->json, 0, 0},
       {0}};
-  int status = cli_parse_operand(self, options, argc, argv, "SCENE", &r->scene);
-  if (status >= 0)
-    return status;
+  CLI_TRY(cli_parse_operand(self, options, argc, argv, "SCENE", &r->scene));
   if (r->shard && !launcher_parse(r->shard, &r->share))
     return cli_usage(self, "--shard '%s': give I/N, I from 1 to N", r->shard);
   if (!r->shard)

@@ -138,8 +138,7 @@ static void on_row(void *user, const char *surface, const hetab_bench_row *row) 
 
 static int bench_one(bench *b, const char *name) {
   hetab_surface *surface;
-  if (open_surface(b->ctx, name, &surface) != HETAB_OK)
-    return cli_fail_context(b->ctx);
+  CLI_CALL(b->ctx, open_surface(b->ctx, name, &surface));
   b->label = name;
   cli_progress_begin(name, b->quiet);
   hetab_status status = hetab_bench(b->ctx, surface, &b->options, on_row, b);
@@ -168,8 +167,7 @@ static int bench_default(bench *b) {
 static int check_surfaces(hetab_context *ctx, char **names) {
   for (; *names; names++) {
     hetab_surface *surface;
-    if (open_surface(ctx, *names, &surface) != HETAB_OK)
-      return cli_fail_context(ctx);
+    CLI_CALL(ctx, open_surface(ctx, *names, &surface));
     hetab_surface_free(surface);
   }
   return -1;
@@ -194,8 +192,7 @@ static int measure(bench *b, char **names, const char *csv_path, int overwrite) 
   int status = check_surfaces(b->ctx, names);
   if (status >= 0)
     return status;
-  if (hetab_engine_create(b->ctx, &device, &engine) != HETAB_OK)
-    return cli_fail_context(b->ctx);
+  CLI_CALL(b->ctx, hetab_engine_create(b->ctx, &device, &engine));
   b->device = hetab_engine_device(engine);
   if (csv_path)
     status = cli_text_begin(&b->csv);

@@ -106,9 +106,7 @@ static int run(const cli_command *self, int argc, char **argv) {
        &r.json, 0, 0},
       {0},
   };
-  int status = cli_parse_options(self, options, argc, argv, &first);
-  if (status >= 0)
-    return status;
+  CLI_TRY(cli_parse_options(self, options, argc, argv, &first));
   if (!argv[first] || !argv[first + 1])
     return cli_usage(self, "give an input and an output");
   if (argv[first + 2])

@@ -34,8 +34,7 @@ static int print_table(const hetab_device_info *devices, size_t count) {
 static int list_devices(hetab_context *ctx, int json) {
   HETAB_FREED hetab_device_info *devices = NULL;
   size_t count;
-  if (hetab_device_list(ctx, &devices, &count) != HETAB_OK)
-    return cli_fail_context(ctx);
+  CLI_CALL(ctx, hetab_device_list(ctx, &devices, &count));
   return count == 0 ? cli_fail("no OpenCL device: install a driver, such as Debian's package "
                                "pocl-opencl-icd for the processor itself")
          : json     ? print_json(devices, count)

@@ -112,8 +112,7 @@ static void print_header(const evaluation *e) {
 }
 
 static int read_header(evaluation *e) {
-  if (hetab_csv_header(&e->reader, wanted, COLUMNS) != HETAB_OK)
-    return cli_fail_context(e->ctx);
+  CLI_CALL(e->ctx, hetab_csv_header(&e->reader, wanted, COLUMNS));
   if (!e->reader.columns)
     return cli_fail("stdin: no input: give a CSV header line and points");
   int status = -1;
@@ -207,8 +206,7 @@ static int keep_line(evaluation *e) {
 static int read_batch(evaluation *e, size_t *count) {
   e->text_length = 0;
   for (*count = 0; *count < BATCH && e->text_length < BATCH_TEXT; ++*count) {
-    if (hetab_csv_row(&e->reader) != HETAB_OK)
-      return cli_fail_context(e->ctx);
+    CLI_CALL(e->ctx, hetab_csv_row(&e->reader));
     if (!e->reader.count)
       return CLI_OK;
     size_t start = e->text_length;
@@ -237,8 +235,7 @@ static void print_value(const evaluation *e, double value) {
 static int evaluate_batch(evaluation *e, size_t count) {
   hetab_status status = e->engine ? hetab_evaluate(e->ctx, e->engine, e->points, count, e->values)
                                   : hetab_evaluate_literal(e->ctx, e->points, count, e->values);
-  if (status != HETAB_OK)
-    return cli_fail_context(e->ctx);
+  CLI_CALL(e->ctx, status);
   const char *line = e->text;
   for (size_t i = 0; i < count; i++) {
     const hetab_value *v = &e->values[i];
@@ -319,9 +316,7 @@ static int run(const cli_command *self, int argc, char **argv) {
        &r.extrapolate, 0, 0},
       {0},
   };
-  int status = cli_parse_operand(self, options, argc, argv, NULL, &r.surface);
-  if (status >= 0)
-    return status;
+  CLI_TRY(cli_parse_operand(self, options, argc, argv, NULL, &r.surface));
   return run_request(&r);
 }
 

@@ -68,9 +68,7 @@ static int open_inputs(fit_job *job) {
   for (int i = 0; i < 4; i++)
     if (outputs[i] && !cli_output_allowed(job->ctx, outputs[i], r->force))
       return CLI_FAILURE;
-  int status = open_index(job);
-  if (status >= 0)
-    return status;
+  CLI_TRY(open_index(job));
   if (choose(job) != HETAB_OK ||
       hetab_measurements_load_at(job->ctx, r->measurements, job->options.lambda_um,
                                  job->options.lambda_count, &job->measurements) != HETAB_OK ||
@@ -125,9 +123,7 @@ static int save(const fit_job *job, const char *path,
   cli_text text;
   if (!path)
     return -1;
-  int status = cli_text_begin(&text);
-  if (status >= 0)
-    return status;
+  CLI_TRY(cli_text_begin(&text));
   write(text.stream, &job->report);
   return cli_text_save(&text, job->ctx, path, job->request->force);
 }
@@ -141,23 +137,17 @@ static int save_surface(const fit_job *job) {
   if (!fit->surface)
     return cli_fail("%s is not written: the constraint cannot be kept within the bounds",
                     job->request->surface);
-  if (hetab_surface_yaml(job->ctx, fit->surface, &yaml) != HETAB_OK)
-    return cli_fail_context(job->ctx);
-  int status = cli_text_begin(&text);
-  if (status < 0) {
-    fputs(yaml, text.stream);
-    status = cli_text_save(&text, job->ctx, job->request->surface, job->request->force);
-  }
-  return status;
+  CLI_CALL(job->ctx, hetab_surface_yaml(job->ctx, fit->surface, &yaml));
+  CLI_TRY(cli_text_begin(&text));
+  fputs(yaml, text.stream);
+  return cli_text_save(&text, job->ctx, job->request->surface, job->request->force);
 }
 
 static int save_page(const fit_job *job) {
   cli_text text;
   if (!job->request->html)
     return -1;
-  int status = cli_text_begin(&text);
-  if (status >= 0)
-    return status;
+  CLI_TRY(cli_text_begin(&text));
   if (fit_html(job->ctx, text.stream, &job->report) == HETAB_OK)
     return cli_text_save(&text, job->ctx, job->request->html, job->request->force);
   cli_text_free(&text);
@@ -166,17 +156,11 @@ static int save_page(const fit_job *job) {
 
 static int publish(const fit_job *job) {
   const fit_request *r = job->request;
-  int status = save(job, r->csv, fit_csv);
-  if (status < 0)
-    status = save(job, r->points, fit_points_csv);
-  if (status < 0)
-    status = save_surface(job);
-  if (status < 0)
-    status = save_page(job);
-  if (status < 0)
-    status = cli_publish(job->ctx);
-  if (status >= 0)
-    return status;
+  CLI_TRY(save(job, r->csv, fit_csv));
+  CLI_TRY(save(job, r->points, fit_points_csv));
+  CLI_TRY(save_surface(job));
+  CLI_TRY(save_page(job));
+  CLI_TRY(cli_publish(job->ctx));
   if (r->json)
     return cli_json_print(fit_json(&job->report));
   fit_print(&job->report);

@@ -57,9 +57,7 @@ static int run(const cli_command *self, int argc, char **argv) {
       {CLI_CHOICE, "jobs-for", 0, "slurm|parallel",
        "print the job file, or the command line, that starts the batch", &scheduler, 0, 0},
       {0}};
-  int status = cli_parse_operand(self, options, argc, argv, "SCENE", &scene);
-  if (status >= 0)
-    return status;
+  CLI_TRY(cli_parse_operand(self, options, argc, argv, "SCENE", &scene));
   return run_plan(scene, scheduler, json);
 }
 

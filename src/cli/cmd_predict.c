@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "core/number.h"
 #include "core/angle.h"
 #include "cli.h"
 #include "options.h"
@@ -94,11 +95,6 @@ static void vary_tau(job *j) {
 
 /* ---- incidences and wavelengths ------------------------------------------------------------ */
 
-static int by_size(const void *left, const void *right) {
-  double a = *(const double *)left, b = *(const double *)right;
-  return (a > b) - (a < b);
-}
-
 /* The measured incidences, each once. */
 static hetab_status measured_incidences(job *j) {
   size_t count = hetab_measurements_pair_count(j->measurements), kept = 0;
@@ -107,7 +103,7 @@ static hetab_status measured_incidences(job *j) {
   HETAB_NEED(theta_i);
   for (size_t i = 0; i < count; i++)
     theta_i[i] = pairs[i].theta_i;
-  qsort(theta_i, count, sizeof *theta_i, by_size);
+  hetab_sort(theta_i, count);
   for (size_t i = 0; i < count; i++)
     if (kept == 0 || theta_i[i] > theta_i[kept - 1] + hetab_radians(0.1)) /* 50.00002 degrees is */
       theta_i[kept++] =
@@ -121,11 +117,8 @@ static hetab_status find_incidences(job *j) {
   const char *spec = j->request->theta_i;
   if (!spec && j->measurements)
     return measured_incidences(j);
-  hetab_status status = hetab_grid_create(j->ctx, &j->grid);
-  if (status == HETAB_OK)
-    status = hetab_grid_set_axis(j->ctx, j->grid, HETAB_THETA_I, spec ? spec : "15,30,45,60,75");
-  if (status != HETAB_OK)
-    return status;
+  HETAB_TRY(hetab_grid_create(j->ctx, &j->grid));
+  HETAB_TRY(hetab_grid_set_axis(j->ctx, j->grid, HETAB_THETA_I, spec ? spec : "15,30,45,60,75"));
   j->options.theta_i = hetab_grid_radians(j->grid, HETAB_THETA_I);
   j->options.theta_i_count = hetab_grid_count(j->grid, HETAB_THETA_I);
   return HETAB_OK;
@@ -178,9 +171,7 @@ static int save(const job *j, const char *path,
   cli_text text;
   if (!path)
     return -1;
-  int status = cli_text_begin(&text);
-  if (status >= 0)
-    return status;
+  CLI_TRY(cli_text_begin(&text));
   write(text.stream, report);
   return cli_text_save(&text, j->ctx, path, j->request->force);
 }
@@ -194,13 +185,9 @@ static int publish(const job *j) {
                                  .theta_i_count = j->options.theta_i_count,
                                  .lambda_count = j->options.lambda_count,
                                  .accuracy = j->options.accuracy};
-  int status = save(j, r->csv, predict_csv, &report);
-  if (status < 0)
-    status = save(j, r->html, predict_html, &report);
-  if (status < 0)
-    status = cli_publish(j->ctx);
-  if (status >= 0)
-    return status;
+  CLI_TRY(save(j, r->csv, predict_csv, &report));
+  CLI_TRY(save(j, r->html, predict_html, &report));
+  CLI_TRY(cli_publish(j->ctx));
   if (r->json)
     return cli_json_print(predict_json(&report));
   if (!r->quiet)
@@ -213,17 +200,16 @@ static int predict(job *j) {
   if ((r->csv && !cli_output_allowed(j->ctx, r->csv, r->force)) ||
       (r->html && !cli_output_allowed(j->ctx, r->html, r->force)))
     return CLI_FAILURE;
-  hetab_status status = open_inputs(j);
+  CLI_CALL(j->ctx, open_inputs(j));
   j->options.measurements = j->measurements;
-  if (status == HETAB_OK && r->vary == VARY_TAU)
+  if (r->vary == VARY_TAU)
     vary_tau(j);
-  if (status == HETAB_OK)
-    status = hetab_predict(j->ctx, j->engine, j->surface, &j->options, &j->prediction);
-  if (status == HETAB_OK && r->vary == VARY_BOTH) {
+  CLI_CALL(j->ctx, hetab_predict(j->ctx, j->engine, j->surface, &j->options, &j->prediction));
+  if (r->vary == VARY_BOTH) {
     vary_tau(j);
-    status = hetab_predict(j->ctx, j->engine, j->surface, &j->options, &j->with_tau);
+    CLI_CALL(j->ctx, hetab_predict(j->ctx, j->engine, j->surface, &j->options, &j->with_tau));
   }
-  return status == HETAB_OK ? publish(j) : cli_fail_context(j->ctx);
+  return publish(j);
 }
 
 static int run_request(const request *r, const hetab_roughness_bounds *bounds) {
@@ -309,13 +295,9 @@ static int parse(const cli_command *self, int argc, char **argv, request *r) {
 static int run(const cli_command *self, int argc, char **argv) {
   request r = {.non_uniformity = -1, .slope_spread = -1};
   hetab_roughness_bounds bounds = {0};
-  int status = parse(self, argc, argv, &r);
-  if (status < 0)
-    status = check_bounds(self, &r, &bounds);
-  if (status < 0)
-    status = check_files(self, &r);
-  if (status >= 0)
-    return status;
+  CLI_TRY(parse(self, argc, argv, &r));
+  CLI_TRY(check_bounds(self, &r, &bounds));
+  CLI_TRY(check_files(self, &r));
   return run_request(&r, &bounds);
 }
 

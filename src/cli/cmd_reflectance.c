@@ -222,9 +222,7 @@ static int run(const cli_command *self, int argc, char **argv) {
        &r.json, 0, 0},
       {0},
   };
-  int status = cli_parse_operand(self, options, argc, argv, "SURFACE", &r.surface);
-  if (status >= 0)
-    return status;
+  CLI_TRY(cli_parse_operand(self, options, argc, argv, "SURFACE", &r.surface));
   return run_request(&r);
 }
 

@@ -39,8 +39,7 @@ static int is_metal(const char *symbol) {
 
 static int constant_index(roughness_job *job, double n, double k) {
   hetab_index *index;
-  if (hetab_index_constant(job->ctx, n, k, &index) != HETAB_OK)
-    return cli_fail_context(job->ctx);
+  CLI_CALL(job->ctx, hetab_index_constant(job->ctx, n, k, &index));
   hetab_index_free(index);
   snprintf(job->index, sizeof job->index, "{n: %.10g, k: %.10g}", n, k);
   return -1;
@@ -49,8 +48,7 @@ static int constant_index(roughness_job *job, double n, double k) {
 /* A path in a surface starts at the surface's folder: an absolute one holds anywhere. */
 static int index_file(roughness_job *job, const char *path) {
   hetab_index *index;
-  if (hetab_index_load(job->ctx, path, &index) != HETAB_OK)
-    return cli_fail_context(job->ctx);
+  CLI_CALL(job->ctx, hetab_index_load(job->ctx, path, &index));
   hetab_index_free(index);
   char *whole = realpath(path, NULL);
   int length = whole ? snprintf(job->index, sizeof job->index, "{file: \"%s\"}", whole) : -1;
@@ -88,8 +86,7 @@ static int load_scans(roughness_job *job, char **paths, size_t count) {
     return cli_fail("out of memory");
   for (size_t i = 0; i < count; i++) {
     hetab_heights *heights;
-    if (hetab_heights_load(job->ctx, paths[i], &options, &heights) != HETAB_OK)
-      return cli_fail_context(job->ctx);
+    CLI_CALL(job->ctx, hetab_heights_load(job->ctx, paths[i], &options, &heights));
     job->heights[job->count++] = heights;
   }
   return -1;
@@ -135,9 +132,7 @@ static int save(roughness_job *job, const char *path, output_kind kind) {
   cli_text text;
   if (!path)
     return -1;
-  int status = cli_text_begin(&text);
-  if (status >= 0)
-    return status;
+  CLI_TRY(cli_text_begin(&text));
   if (kind == OUTPUT_CSV)
     roughness_csv(text.stream, job->roughness);
   else if (kind == OUTPUT_HTML)
@@ -149,15 +144,10 @@ static int save(roughness_job *job, const char *path, output_kind kind) {
 
 static int publish(roughness_job *job) {
   const request *r = job->request;
-  int status = save(job, r->csv, OUTPUT_CSV);
-  if (status < 0)
-    status = save(job, r->html, OUTPUT_HTML);
-  if (status < 0)
-    status = save(job, r->surface, OUTPUT_SURFACE);
-  if (status < 0)
-    status = cli_publish(job->ctx);
-  if (status >= 0)
-    return status;
+  CLI_TRY(save(job, r->csv, OUTPUT_CSV));
+  CLI_TRY(save(job, r->html, OUTPUT_HTML));
+  CLI_TRY(save(job, r->surface, OUTPUT_SURFACE));
+  CLI_TRY(cli_publish(job->ctx));
   if (r->json)
     return cli_json_print(roughness_json(job->roughness));
   if (!r->quiet)
@@ -177,14 +167,12 @@ static int check_outputs(const roughness_job *job) {
 /* ---- the command --------------------------------------------------------------------------- */
 
 static int run_scans(roughness_job *job, char **paths, size_t count) {
-  int status = check_outputs(job);
-  if (status < 0 && job->request->surface)
-    status = write_index(job);
-  if (status < 0)
-    status = load_scans(job, paths, count);
-  if (status < 0)
-    status = measure(job);
-  return status < 0 ? publish(job) : status;
+  CLI_TRY(check_outputs(job));
+  if (job->request->surface)
+    CLI_TRY(write_index(job));
+  CLI_TRY(load_scans(job, paths, count));
+  CLI_TRY(measure(job));
+  return publish(job);
 }
 
 /* The option's own file and those after it. */
@@ -198,8 +186,7 @@ static int run_rows(roughness_job *job, char **paths, size_t count) {
     tables[i + 1] = paths[i];
   hetab_status loaded = hetab_published_load(job->ctx, tables, count + 1, &published);
   free(tables);
-  if (loaded != HETAB_OK)
-    return cli_fail_context(job->ctx);
+  CLI_CALL(job->ctx, loaded);
   int status = roughness_published_agrees(published) ? CLI_OK : PUBLISHED_DIFFERS;
   if (job->request->json)
     status = cli_json_print(roughness_published_json(published)) == CLI_OK ? status : CLI_FAILURE;

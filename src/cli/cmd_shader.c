@@ -14,8 +14,7 @@ typedef struct request {
 static int save(hetab_context *ctx, const request *r, const char *text) {
   if (!r->output)
     return fputs(text, stdout), CLI_OK;
-  if (hetab_text_save(ctx, r->output, text, strlen(text), r->force) != HETAB_OK)
-    return cli_fail_context(ctx);
+  CLI_CALL(ctx, hetab_text_save(ctx, r->output, text, strlen(text), r->force));
   int status = cli_publish(ctx);
   return status < 0 ? CLI_OK : status;
 }

@@ -83,16 +83,14 @@ static int print_preset_json(const hetab_surface *surface, size_t preset) {
 
 static int print_yaml(hetab_context *ctx, const hetab_surface *surface) {
   HETAB_FREED char *text = NULL;
-  if (hetab_surface_yaml(ctx, surface, &text) != HETAB_OK)
-    return cli_fail_context(ctx);
+  CLI_CALL(ctx, hetab_surface_yaml(ctx, surface, &text));
   fputs(text, stdout);
   return CLI_OK;
 }
 
 static int print_preset(hetab_context *ctx, size_t preset, int json) {
   HETAB_ENDS(hetab_surface_end) hetab_surface *surface = NULL;
-  if (hetab_surface_preset(ctx, hetab_preset_name(preset), &surface) != HETAB_OK)
-    return cli_fail_context(ctx);
+  CLI_CALL(ctx, hetab_surface_preset(ctx, hetab_preset_name(preset), &surface));
   return json ? print_preset_json(surface, preset) : print_yaml(ctx, surface);
 }
 
@@ -166,8 +164,7 @@ enum { METAL_FIRST_NM = 400, METAL_LAST_NM = 700, METAL_STEP_NM = 10 }; /* as th
 static int print_metal_values(hetab_context *ctx, const hetab_index *index, json_t *values) {
   for (int nm = METAL_FIRST_NM; nm <= METAL_LAST_NM; nm += METAL_STEP_NM) {
     double n, k;
-    if (hetab_index_at(ctx, index, nm / 1000.0, 0, &n, &k) != HETAB_OK)
-      return cli_fail_context(ctx);
+    CLI_CALL(ctx, hetab_index_at(ctx, index, nm / 1000.0, 0, &n, &k));
     if (values)
       json_array_append_new(values, json_pack("{si sf sf}", "wavelength_nm", nm, "n", n, "k", k));
     else
@@ -178,8 +175,7 @@ static int print_metal_values(hetab_context *ctx, const hetab_index *index, json
 
 static int print_metal(hetab_context *ctx, size_t metal, int json) {
   hetab_index *index;
-  if (hetab_index_metal(ctx, hetab_metal_symbol(metal), &index) != HETAB_OK)
-    return cli_fail_context(ctx);
+  CLI_CALL(ctx, hetab_index_metal(ctx, hetab_metal_symbol(metal), &index));
   json_t *values = json ? json_array() : NULL;
   if (!json)
     puts("wavelength_nm,n,k");
@@ -223,9 +219,7 @@ static int run(const cli_command *self, int argc, char **argv) {
        0, 0},
       {0},
   };
-  int status = cli_parse_operand(self, options, argc, argv, NULL, &surface);
-  if (status >= 0)
-    return status;
+  CLI_TRY(cli_parse_operand(self, options, argc, argv, NULL, &surface));
   if (as >= 0)
     return surface ? print_stand_in(surface, as, json)
                    : cli_usage(self, "--as takes the name or file of a surface");

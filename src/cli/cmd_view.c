@@ -132,11 +132,8 @@ static int save(view_job *job) {
   hetab_status saved =
       job->page ? hetab_text_save(job->ctx, r->output, job->page, strlen(job->page), r->force)
                 : find_format(r->output)(job->ctx, job->view, r->output, r->force);
-  if (saved != HETAB_OK)
-    return cli_fail_context(job->ctx);
-  int status = cli_publish(job->ctx);
-  if (status >= 0)
-    return status;
+  CLI_CALL(job->ctx, saved);
+  CLI_TRY(cli_publish(job->ctx));
   if (r->json)
     return cli_json_print(json_pack("{so so ss}", "input", cli_json_text(r->input), "file",
                                     cli_json_text(r->output), "version", hetab_version()));
@@ -188,9 +185,7 @@ static int run(const cli_command *self, int argc, char **argv) {
       {CLI_FLAG, "json", 0, NULL, "print {input, file, version}", &r.json, 0, 0},
       {0},
   };
-  int status = cli_parse_operand(self, options, argc, argv, "SURFACE or FILE", &r.input);
-  if (status >= 0)
-    return status;
+  CLI_TRY(cli_parse_operand(self, options, argc, argv, "SURFACE or FILE", &r.input));
   return run_request(self, &r);
 }
 

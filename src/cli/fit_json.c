@@ -82,16 +82,10 @@ static json_t *distrusted_json(const hetab_fit *fit, const hetab_measurements *m
 }
 
 static json_t *one_json(const hetab_fit *fit, const hetab_measurements *measurements) {
-  json_t *estimates = json_array(), *incidences = json_array(), *starts = json_array();
-  json_t *notes = json_array();
-  for (size_t i = 0; i < fit->estimate_count; i++)
-    json_array_append_new(estimates, estimate_json(&fit->estimates[i]));
-  for (size_t i = 0; i < fit->incidence_count; i++)
-    json_array_append_new(incidences, incidence_json(&fit->incidences[i]));
-  for (size_t i = 0; i < fit->start_count; i++)
-    json_array_append_new(starts, start_json(&fit->starts[i]));
-  for (size_t i = 0; i < fit->note_count; i++)
-    json_array_append_new(notes, cli_json_text(fit->notes[i]));
+  json_t *estimates = CLI_JSON_LIST(fit->estimate_count, estimate_json(&fit->estimates[i]));
+  json_t *incidences = CLI_JSON_LIST(fit->incidence_count, incidence_json(&fit->incidences[i]));
+  json_t *starts = CLI_JSON_LIST(fit->start_count, start_json(&fit->starts[i]));
+  json_t *notes = CLI_JSON_LIST(fit->note_count, cli_json_text(fit->notes[i]));
   return json_pack("{sf sf ss ss ss sb sb sf sI sI sI sI sI so so so so so so}", "error",
                    fit->error, "rms", fit->rms, "weights", hetab_fit_weights_name(fit->weights),
                    "constraint", hetab_fit_constraint_name(fit->constraint), "stop",
@@ -105,9 +99,7 @@ static json_t *one_json(const hetab_fit *fit, const hetab_measurements *measurem
 }
 
 json_t *fit_json(const fit_report *report) {
-  json_t *fits = json_array();
-  for (size_t i = 0; i < report->count; i++)
-    json_array_append_new(fits, one_json(report->fits[i], report->measurements));
+  json_t *fits = CLI_JSON_LIST(report->count, one_json(report->fits[i], report->measurements));
   return json_pack("{so so ss ss so}", "measurements",
                    cli_json_text(hetab_measurements_name(report->measurements)), "device",
                    cli_json_text(report->device), "precision",

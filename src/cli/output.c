@@ -62,10 +62,7 @@ json_t *cli_json_number(double value) {
 }
 
 json_t *cli_json_numbers(const double *values, size_t count, size_t stride) {
-  json_t *list = json_array();
-  for (size_t i = 0; i < count; i++)
-    json_array_append_new(list, cli_json_number(values[i * stride]));
-  return list;
+  return CLI_JSON_LIST(count, cli_json_number(values[i * stride]));
 }
 
 json_t *cli_json_error(const hetab_error_stats *error) {

@@ -28,6 +28,14 @@ const char *cli_readers(hetab_format format, int is_spectral);
 json_t *cli_json_text(const char *text);
 /* JSON has no NaN: null for what is not finite. */
 json_t *cli_json_number(double value);
+/* The list of `item`, which may use i, for i = 0 ... count - 1. */
+#define CLI_JSON_LIST(count, item)                                                                 \
+  ({                                                                                               \
+    json_t *list_ = json_array();                                                                  \
+    for (size_t i = 0; i < (size_t)(count); i++)                                                   \
+      json_array_append_new(list_, item);                                                          \
+    list_;                                                                                         \
+  })
 /* The list of values[i * stride]. */
 json_t *cli_json_numbers(const double *values, size_t count, size_t stride);
 /* {samples, compared, max_sampled, share_above, p99_rel, rms_rel, max_abs_below_floor, bad}; null

@@ -135,9 +135,7 @@ static json_t *item_json(const hetab_scene *scene, const hetab_plan *plan, size_
 }
 
 int plan_print_json(const hetab_scene *scene, const hetab_plan *plan) {
-  json_t *items = json_array();
-  for (size_t i = 0; i < plan->count; i++)
-    json_array_append_new(items, item_json(scene, plan, i));
+  json_t *items = CLI_JSON_LIST(plan->count, item_json(scene, plan, i));
   return cli_json_print(json_pack(
       "{ss ss sf sf so sf sf sf sf so}", "version", hetab_version(), "consumer",
       hetab_consumer_name(hetab_scene_consumer(scene)), "asked_error", plan->asked_error,

@@ -9,13 +9,6 @@ static json_t *bounds_json(double value, double low, double high) {
   return json_pack("{sf sf sf}", "value", value, "low", low, "high", high);
 }
 
-static json_t *degrees_json(const double *radians, size_t count) {
-  json_t *array = json_array();
-  for (size_t i = 0; i < count; i++)
-    json_array_append_new(array, json_real(hetab_degrees(radians[i])));
-  return array;
-}
-
 static json_t *curve_json(const hetab_prediction *p, const hetab_prediction_curve *c) {
   enum { STRIDE = sizeof(hetab_bounds) / sizeof(double) };
   return json_pack("{sf sf sf so so so so}", "wavelength_nm", 1000 * c->lambda_um, "theta_i_deg",
@@ -49,9 +42,7 @@ static json_t *measured_json(const predict_report *r) {
     return json_null();
   const hetab_prediction *p = r->prediction;
   hetab_measurements_skipped s = hetab_measurements_skipped_of(r->measurements);
-  json_t *points = json_array();
-  for (size_t i = 0; i < p->point_count; i++)
-    json_array_append_new(points, point_json(p, &p->points[i]));
+  json_t *points = CLI_JSON_LIST(p->point_count, point_json(p, &p->points[i]));
   return json_pack("{so sf so so s{sI sI sI} so}", "name",
                    cli_json_text(hetab_measurements_name(r->measurements)), "accuracy", r->accuracy,
                    "plane", count_json(&p->plane), "hemisphere", count_json(&p->hemisphere),
@@ -61,10 +52,7 @@ static json_t *measured_json(const predict_report *r) {
 }
 
 static json_t *curves_json(const hetab_prediction *p) {
-  json_t *curves = json_array();
-  for (size_t i = 0; i < p->curve_count; i++)
-    json_array_append_new(curves, curve_json(p, &p->curves[i]));
-  return curves;
+  return CLI_JSON_LIST(p->curve_count, curve_json(p, &p->curves[i]));
 }
 
 json_t *predict_json(const predict_report *r) {
@@ -75,7 +63,7 @@ json_t *predict_json(const predict_report *r) {
       "version", hetab_version(), "sigma0_um",
       bounds_json(hetab_surface_sigma0_um(r->surface), b.sigma0_um.low, b.sigma0_um.high), "tau_um",
       bounds_json(hetab_surface_tau_um(r->surface), b.tau_um.low, b.tau_um.high), "error", p->error,
-      "theta_r_deg", degrees_json(p->theta_r, p->theta_r_count), "curves", curves_json(p),
-      "measured", measured_json(r), "with_tau",
+      "theta_r_deg", CLI_JSON_LIST(p->theta_r_count, json_real(hetab_degrees(p->theta_r[i]))),
+      "curves", curves_json(p), "measured", measured_json(r), "with_tau",
       r->with_tau ? curves_json(r->with_tau) : json_null());
 }

@@ -83,9 +83,7 @@ static json_t *split_json(const hetab_roughness *r) {
 }
 
 json_t *roughness_json(const hetab_roughness *r) {
-  json_t *notes = json_array();
-  for (size_t i = 0; i < r->note_count; i++)
-    json_array_append_new(notes, cli_json_text(r->notes[i]));
+  json_t *notes = CLI_JSON_LIST(r->note_count, cli_json_text(r->notes[i]));
   return json_pack("{ss so so so so so so so so so}", "version", hetab_version(), "scans",
                    sources_json(r), "cutoff_um",
                    r->small.count ? json_real(r->cutoff_um) : json_null(), "filter",
@@ -96,22 +94,19 @@ json_t *roughness_json(const hetab_roughness *r) {
 }
 
 static json_t *published_table_json(const hetab_published_table *t) {
-  json_t *columns = json_array();
-  for (size_t i = 0; i < t->count; i++)
-    json_array_append_new(
-        columns,
-        json_pack("{so so so so}", "name", cli_json_text(t->columns[i].name), "average",
-                  cli_json_number(hetab_published_summary(t, i, HETAB_AVERAGE)), "deviation",
-                  cli_json_number(hetab_published_summary(t, i, HETAB_DEVIATION)), "non_uniformity",
-                  cli_json_number(hetab_published_summary(t, i, HETAB_NON_UNIFORMITY))));
+  json_t *columns = CLI_JSON_LIST(
+      t->count,
+      json_pack("{so so so so}", "name", cli_json_text(t->columns[i].name), "average",
+                cli_json_number(hetab_published_summary(t, i, HETAB_AVERAGE)), "deviation",
+                cli_json_number(hetab_published_summary(t, i, HETAB_DEVIATION)), "non_uniformity",
+                cli_json_number(hetab_published_summary(t, i, HETAB_NON_UNIFORMITY))));
   return json_pack("{so sI so}", "name", cli_json_text(t->name), "rows", (json_int_t)t->rows,
                    "columns", columns);
 }
 
 json_t *roughness_published_json(const hetab_published *p) {
-  json_t *tables = json_array(), *checks = json_array();
-  for (size_t i = 0; i < p->count; i++)
-    json_array_append_new(tables, published_table_json(&p->tables[i]));
+  json_t *tables = CLI_JSON_LIST(p->count, published_table_json(&p->tables[i]));
+  json_t *checks = json_array();
   for (size_t i = 0; i < p->check_count; i++) {
     const hetab_published_check *c = &p->checks[i];
     json_array_append_new(

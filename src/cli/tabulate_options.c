@@ -168,9 +168,7 @@ int tabulate_parse(const cli_command *self, int argc, char **argv, tabulate_requ
   cli_option options[CLI_MAX_OPTIONS + 1] = {0};
   cli_option *next = engine_options(grid_options(output_options(options, r), r), r);
   renderer_options(exr_options(next, r), r);
-  int status = cli_parse_operand(self, options, argc, argv, "SURFACE", &r->surface);
-  if (status >= 0)
-    return status;
+  CLI_TRY(cli_parse_operand(self, options, argc, argv, "SURFACE", &r->surface));
   if (r->files.count == 0)
     return cli_usage(self, "no output given: use -o FILE");
   return check_given(self, r);

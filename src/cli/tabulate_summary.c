@@ -118,9 +118,7 @@ static json_t *engine_json(const hetab_report *report) {
 }
 
 static int print_json(const tabulate_job *job) {
-  json_t *outputs = json_array();
-  for (size_t i = 0; i < job->request->files.count; i++)
-    json_array_append_new(outputs, output_json(job, i));
+  json_t *outputs = CLI_JSON_LIST(job->request->files.count, output_json(job, i));
   json_t *json = json_pack("{so}", "surface", cli_json_text(hetab_surface_name(job->surface)));
   json_object_update_new(json, engine_json(device_report(job)));
   json_object_set_new(json, "version", json_string(hetab_version()));

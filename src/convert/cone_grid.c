@@ -67,9 +67,5 @@ hetab_status hetab_cone_grid(hetab_context *ctx, const char *const axes[HETAB_AX
     if (status == HETAB_OK)
       status = check(ctx, *out, axis, deg, path);
   }
-  if (status != HETAB_OK) {
-    hetab_grid_free(*out);
-    *out = NULL;
-  }
-  return status;
+  HETAB_MADE(hetab_grid, out, status);
 }

@@ -176,12 +176,8 @@ hetab_status hetab_slab_fold_create(hetab_context *ctx, const hetab_surface *sur
                          .precision = precision,
                          .tau_2sigma = hetab_surface_tau_um(surface) /
                                        (2.0 * hetab_surface_sigma0_um(surface))};
-  hetab_status status = fill(ctx, surface, f);
-  if (status == HETAB_OK)
-    *out = f;
-  else
-    hetab_slab_fold_free(f);
-  return status;
+  *out = f;
+  HETAB_MADE(hetab_slab_fold, out, fill(ctx, surface, f));
 }
 
 void hetab_slab_fold_free(hetab_slab_fold *f) {

@@ -95,3 +95,12 @@ void hetab_number_format(double value, char text[HETAB_NUMBER_TEXT]) {
   }
   uselocale(callers);
 }
+
+static int ascending(const void *a, const void *b) {
+  double x = *(const double *)a, y = *(const double *)b;
+  return (x > y) - (x < y);
+}
+
+void hetab_sort(double *values, size_t count) {
+  qsort(values, count, sizeof *values, ascending);
+}

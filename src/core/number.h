@@ -39,3 +39,6 @@ hetab_status hetab_number_check(hetab_context *ctx, const hetab_rule *rule, doub
 /* The fewest digits that read back as the same double, without an exponent at everyday sizes. */
 enum { HETAB_NUMBER_TEXT = 32 };
 void hetab_number_format(double value, char text[HETAB_NUMBER_TEXT]);
+
+/* The smallest first. */
+void hetab_sort(double *values, size_t count);

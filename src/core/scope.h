@@ -37,3 +37,14 @@ static inline void hetab_freed(void *pointer) {
   static inline void type##_end(type **handle) {                                                   \
     type##_free(*handle);                                                                          \
   }
+
+/* Ends the function that makes a handle in *out, by its last step: whole, or freed and NULL. */
+#define HETAB_MADE(type, out, step)                                                                \
+  do {                                                                                             \
+    hetab_status made_status_ = (step);                                                            \
+    if (made_status_ != HETAB_OK) {                                                                \
+      type##_free(*(out));                                                                         \
+      *(out) = NULL;                                                                               \
+    }                                                                                              \
+    return made_status_;                                                                           \
+  } while (0)

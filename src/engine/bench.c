@@ -7,6 +7,7 @@
 #include <stdlib.h>
 
 #include "cl/device.h"
+#include "core/number.h"
 #include "core/option_size.h"
 #include "core/clock.h"
 #include "core/random.h"
@@ -32,13 +33,8 @@ typedef struct bench {
   void *user;
 } bench;
 
-static int ascending(const void *a, const void *b) {
-  double x = *(const double *)a, y = *(const double *)b;
-  return x < y ? -1 : x > y;
-}
-
 static double median(double *values, size_t count) {
-  qsort(values, count, sizeof *values, ascending);
+  hetab_sort(values, count);
   return values[count / 2];
 }
 
@@ -239,22 +235,18 @@ done:
 static hetab_status time_baselines(bench *b, hetab_precision precision) {
   hetab_engine_options options = {
       .devices = b->options->devices, .precision = precision, .method = HETAB_METHOD_SERIES};
-  hetab_engine *engine;
+  HETAB_ENDS(hetab_engine_end) hetab_engine *engine = NULL;
   HETAB_TRY(hetab_engine_create(b->ctx, &options, &engine));
-  hetab_status status = time_peak(b, engine);
-  if (status == HETAB_OK)
-    status = time_kernel(b, engine, HETAB_DENSE_STORE, &b->store);
-  hetab_engine_free(engine);
-  if (status == HETAB_OK)
-    emit(b, (hetab_bench_row){.method = "peak",
-                              .precision = hetab_precision_name(precision),
-                              .entries_per_second = b->peak,
-                              .operations_per_entry = 1.0});
-  if (status == HETAB_OK)
-    emit(b, (hetab_bench_row){.method = "store",
-                              .precision = hetab_precision_name(precision),
-                              .entries_per_second = b->store});
-  return status;
+  HETAB_TRY(time_peak(b, engine));
+  HETAB_TRY(time_kernel(b, engine, HETAB_DENSE_STORE, &b->store));
+  emit(b, (hetab_bench_row){.method = "peak",
+                            .precision = hetab_precision_name(precision),
+                            .entries_per_second = b->peak,
+                            .operations_per_entry = 1.0});
+  emit(b, (hetab_bench_row){.method = "store",
+                            .precision = hetab_precision_name(precision),
+                            .entries_per_second = b->store});
+  return HETAB_OK;
 }
 
 static hetab_status bench_precision(bench *b, hetab_precision precision) {

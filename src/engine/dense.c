@@ -255,9 +255,9 @@ static hetab_status upload_rows(hetab_context *ctx, const hetab_dense *dense, he
   size_t per_row = dense->count[HETAB_THETA_R];
   HETAB_FREED cl_int(*rows)[2] = hetab_alloc(ctx, l->count * per_row, sizeof *rows);
   HETAB_FREED cl_int(*low)[2] = hetab_alloc(ctx, l->count * per_row, sizeof *low);
-  hetab_status status = rows && low ? HETAB_OK : HETAB_ERR_MEMORY;
+  HETAB_NEED(rows && low);
   l->row_count = l->low_count = 0;
-  for (size_t i = 0; status == HETAB_OK && i < l->count; i++)
+  for (size_t i = 0; i < l->count; i++)
     for (size_t r = 0; r < per_row; r++) {
       if (!row_numbers(dense, l, i, r, rows[l->row_count]))
         continue;
@@ -265,11 +265,10 @@ static hetab_status upload_rows(hetab_context *ctx, const hetab_dense *dense, he
         memcpy(low[l->low_count++], rows[l->row_count], sizeof *low);
       l->row_count++;
     }
-  if (status == HETAB_OK)
-    status = hetab_lane_upload_bytes(ctx, l->lane, rows, l->row_count * sizeof *rows, &l->rows);
-  if (status == HETAB_OK && l->low_count)
-    status = hetab_lane_upload_bytes(ctx, l->lane, low, l->low_count * sizeof *low, &l->low_rows);
-  return status;
+  HETAB_TRY(hetab_lane_upload_bytes(ctx, l->lane, rows, l->row_count * sizeof *rows, &l->rows));
+  if (!l->low_count)
+    return HETAB_OK;
+  return hetab_lane_upload_bytes(ctx, l->lane, low, l->low_count * sizeof *low, &l->low_rows);
 }
 
 /* What some theta_i rows need; kept while the same rows are asked for again, as they are for every

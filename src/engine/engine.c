@@ -95,12 +95,8 @@ hetab_status hetab_engine_create(hetab_context *ctx, const hetab_engine_options 
     snprintf(engine->device_text, sizeof engine->device_text, "host, 1 core");
   else
     status = open_lanes(ctx, o.devices, engine);
-  if (status != HETAB_OK) {
-    hetab_engine_free(engine);
-    return status;
-  }
   *out = engine;
-  return HETAB_OK;
+  HETAB_MADE(hetab_engine, out, status);
 }
 
 void hetab_engine_free(hetab_engine *engine) {

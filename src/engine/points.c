@@ -165,14 +165,10 @@ hetab_status hetab_places_create(hetab_context *ctx, const hetab_engine *engine,
   places->engine = engine;
   places->in = hetab_alloc(ctx, (size_t)BATCH * HETAB_PLACE_REALS, sizeof *places->in);
   hetab_build build = {.program = "points", .kernel = "hetab_k_places"};
-  hetab_status status =
-      places->in ? hetab_lane_kernel(ctx, engine, &engine->lanes[0], &build, &places->kernel)
-                 : HETAB_ERR_MEMORY;
-  if (status == HETAB_OK)
-    *out = places;
-  else
-    hetab_places_free(places);
-  return status;
+  *out = places;
+  HETAB_MADE(hetab_places, out,
+             places->in ? hetab_lane_kernel(ctx, engine, &engine->lanes[0], &build, &places->kernel)
+                        : HETAB_ERR_MEMORY);
 }
 
 void hetab_places_free(hetab_places *places) {

@@ -3,15 +3,11 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "core/number.h"
 #include "core/random.h"
 
 static int by_position(const void *a, const void *b) {
   uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
-  return x < y ? -1 : x > y;
-}
-
-static int by_value(const void *a, const void *b) {
-  double x = *(const double *)a, y = *(const double *)b;
   return x < y ? -1 : x > y;
 }
 
@@ -66,7 +62,7 @@ void hetab_sample_add(hetab_sample *sample, double value, double reference) {
 hetab_error_stats hetab_sample_finish(hetab_sample *sample) {
   hetab_error_stats *s = &sample->stats;
   if (s->compared) {
-    qsort(sample->relative, s->compared, sizeof *sample->relative, by_value);
+    hetab_sort(sample->relative, s->compared);
     s->p99_rel = sample->relative[(size_t)(0.99 * (double)(s->compared - 1))];
     /* Summed in order of size: slabs come in any order, and reports are to be the same each time.
      */

@@ -432,10 +432,6 @@ hetab_status hetab_fit_create(hetab_context *ctx, hetab_engine *engine,
   HETAB_NEED(fit);
   hetab_status status = run(&problem, engine, measurements, fit);
   clear_problem(&problem);
-  if (status != HETAB_OK) {
-    hetab_fit_free(fit);
-    return status;
-  }
   *out = fit;
-  return HETAB_OK;
+  HETAB_MADE(hetab_fit, out, status);
 }

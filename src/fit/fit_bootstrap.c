@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/number.h"
 #include "core/random.h"
 #include "fit/fit_curvature.h"
 
@@ -90,11 +91,6 @@ static hetab_status resample(resampling *r, size_t sample) {
   return hetab_progress(p->ctx, (double)(sample + 1), (double)r->samples);
 }
 
-static int ascending(const void *a, const void *b) {
-  const double *x = a, *y = b;
-  return (*x > *y) - (*x < *y);
-}
-
 static double quantile(const double *sorted, size_t count, double part) {
   double at = part * (double)(count - 1);
   size_t below = (size_t)at;
@@ -114,7 +110,7 @@ hetab_status hetab_fit_bootstrap(hetab_fit_curvature *c, hetab_fit *fit) {
     HETAB_GOTO(resample(&r, s));
   for (size_t e = 0; e < fit->estimate_count; e++) {
     double *values = &r.values[e * r.samples];
-    qsort(values, r.samples, sizeof *values, ascending);
+    hetab_sort(values, r.samples);
     fit->estimates[e].bootstrap_low = quantile(values, r.samples, 0.025);
     fit->estimates[e].bootstrap_high = quantile(values, r.samples, 0.975);
   }

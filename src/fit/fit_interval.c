@@ -161,7 +161,5 @@ hetab_status hetab_fit_intervals(hetab_fit_problem *problem, const hetab_fit_sta
   fill_estimates(&c, fit);
   HETAB_TRY(fill_correlation(&c, fit));
   HETAB_TRY(hetab_fit_check_profiles(&c, fit));
-  if (problem->options.bootstrap)
-    HETAB_TRY(hetab_fit_bootstrap(&c, fit));
-  return HETAB_OK;
+  return problem->options.bootstrap ? hetab_fit_bootstrap(&c, fit) : HETAB_OK;
 }

@@ -2,6 +2,7 @@
  * value u robust standard deviations off counts 1 / (1 + (u / 2.385)^2) (95 % efficient for normal
  * noise). Residuals are relative to the model, whose noise is, so that a lobe is not an outlier. */
 #include "fit/fit_internal.h"
+#include "core/number.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -17,11 +18,6 @@ typedef struct loss {
   double *residual; /* [values] */
   double *sorted;   /* [values] sizes of those in the fit */
 } loss;
-
-static int by_size(const void *a, const void *b) {
-  double x = *(const double *)a, y = *(const double *)b;
-  return (x > y) - (x < y);
-}
 
 static void find_residuals(const hetab_fit_problem *p, const hetab_fit_state *s, loss *l) {
   size_t bands = p->data.bands;
@@ -43,7 +39,7 @@ static double robust_scale(const hetab_fit_problem *p, loss *l) {
   for (size_t i = 0; i < p->data.count * p->data.bands; i++)
     if (l->base[i] > 0)
       l->sorted[used++] = fabs(l->residual[i]);
-  qsort(l->sorted, used, sizeof *l->sorted, by_size);
+  hetab_sort(l->sorted, used);
   return fmax(MAD * l->sorted[used / 2], LEAST_SCALE);
 }
 

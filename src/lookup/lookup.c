@@ -257,11 +257,8 @@ hetab_status hetab_lookup_open(hetab_context *ctx, const char *path, hetab_looku
                  : hetab_sampler_create(ctx, table->channels, eval_table, table, &table->sampler);
   if (status == HETAB_OK)
     status = share_samples(ctx, table);
-  if (status == HETAB_OK)
-    *out = table;
-  else
-    hetab_lookup_free(table);
-  return status;
+  *out = table;
+  HETAB_MADE(hetab_lookup, out, status);
 }
 
 void hetab_lookup_free(hetab_lookup *table) {

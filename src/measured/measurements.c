@@ -125,13 +125,8 @@ hetab_status hetab_measurements_create(hetab_context *ctx, const double *lambda_
     memcpy(made->pairs, pairs, count * sizeof *pairs);
     memcpy(made->values, values, count * wavelengths * sizeof *values);
   }
-  hetab_status status = clean(ctx, made);
-  if (status != HETAB_OK) {
-    hetab_measurements_free(made);
-    return status;
-  }
   *out = made;
-  return HETAB_OK;
+  HETAB_MADE(hetab_measurements, out, clean(ctx, made));
 }
 
 /* ---- reading them ---- */

@@ -135,12 +135,7 @@ hetab_status hetab_fold_create(hetab_context *ctx, const hetab_surface *surface,
   hetab_fold *fold = *out = hetab_alloc(ctx, 1, sizeof *fold);
   HETAB_NEED(fold);
   *fold = (hetab_fold){.bands = count, .sin2_cone = sin(cone) * sin(cone)};
-  hetab_status status = fill(ctx, surface, bands, fold);
-  if (status != HETAB_OK) {
-    hetab_fold_free(fold);
-    *out = NULL;
-  }
-  return status;
+  HETAB_MADE(hetab_fold, out, fill(ctx, surface, bands, fold));
 }
 
 void hetab_fold_free(hetab_fold *fold) {

@@ -125,11 +125,7 @@ hetab_status hetab_spectrum_create(hetab_context *ctx, const hetab_surface *surf
   *out = hetab_alloc(ctx, 1, sizeof **out);
   if (*out)
     status = fill(ctx, surface, *out);
-  if (status != HETAB_OK) {
-    hetab_spectrum_free(*out);
-    *out = NULL;
-  }
-  return status;
+  HETAB_MADE(hetab_spectrum, out, status);
 }
 
 void hetab_spectrum_free(hetab_spectrum *s) {

@@ -389,9 +389,6 @@ hetab_status hetab_scene_load(hetab_context *ctx, const char *path, hetab_scene 
     status = read_scene(&file, scene);
   }
   hetab_yaml_close(&file);
-  if (status == HETAB_OK)
-    *out = scene;
-  else
-    hetab_scene_free(scene);
-  return status;
+  *out = scene;
+  HETAB_MADE(hetab_scene, out, status);
 }

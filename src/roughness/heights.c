@@ -54,11 +54,7 @@ static hetab_status check_heights(hetab_context *ctx, const hetab_heights *h) {
 hetab_status hetab_heights_keep(hetab_context *ctx, hetab_status status, hetab_heights **out) {
   if (status == HETAB_OK)
     status = check_heights(ctx, *out);
-  if (status != HETAB_OK) {
-    hetab_heights_free(*out);
-    *out = NULL;
-  }
-  return status;
+  HETAB_MADE(hetab_heights, out, status);
 }
 
 hetab_status hetab_heights_create(hetab_context *ctx, const char *name, hetab_heights_kind kind,

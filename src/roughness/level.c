@@ -1,4 +1,5 @@
 #include "roughness/level.h"
+#include "core/number.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -61,13 +62,8 @@ static void subtract_plane(double *z, size_t columns, size_t rows) {
 
 /* ---- outliers ------------------------------------------------------------------------------ */
 
-static int compare(const void *a, const void *b) {
-  double x = *(const double *)a, y = *(const double *)b;
-  return (x > y) - (x < y);
-}
-
 static double median(double *values, size_t count) {
-  qsort(values, count, sizeof *values, compare);
+  hetab_sort(values, count);
   return count ? 0.5 * (values[(count - 1) / 2] + values[count / 2]) : 0;
 }
 

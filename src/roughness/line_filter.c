@@ -1,4 +1,5 @@
 #include "roughness/line_filter.h"
+#include "core/number.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -91,17 +92,12 @@ static void weighted_line(hetab_line_filter *filter, double cutoff_um, double *l
     line_um[i] = filter->work[i].re / filter->work[i].im;
 }
 
-static int by_size(const void *a, const void *b) {
-  double x = *(const double *)a, y = *(const double *)b;
-  return (x > y) - (x < y);
-}
-
 static double median_residual(const hetab_line_filter *filter, const double *line_um) {
   size_t count = 0;
   for (size_t i = 0; i < filter->count; i++)
     if (!isnan(filter->z_um[i]))
       filter->sizes[count++] = fabs(filter->z_um[i] - line_um[i]);
-  qsort(filter->sizes, count, sizeof *filter->sizes, by_size);
+  hetab_sort(filter->sizes, count);
   return count ? filter->sizes[count / 2] : 0;
 }
 

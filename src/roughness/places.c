@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "roughness/heights.h"
+#include "core/number.h"
 
 typedef struct places {
   hetab_context *ctx;
@@ -12,11 +13,6 @@ typedef struct places {
   size_t count, rows;
 } places;
 
-static int compare(const void *a, const void *b) {
-  double x = *(const double *)a, y = *(const double *)b;
-  return (x > y) - (x < y);
-}
-
 /* The usual step; then the mean of the steps that are like it, which has more digits. */
 static hetab_status usual_step(const places *p, double *step) {
   const double *x_um = p->x_um;
@@ -25,7 +21,7 @@ static hetab_status usual_step(const places *p, double *step) {
   HETAB_NEED(steps);
   for (size_t i = 0; i + 1 < count; i++)
     steps[i] = x_um[i + 1] - x_um[i];
-  qsort(steps, count - 1, sizeof *steps, compare);
+  hetab_sort(steps, count - 1);
   double median = steps[(count - 2) / 2], least = steps[0];
   size_t like = 0;
   for (size_t i = 0; i + 1 < count; i++)
@@ -148,10 +144,5 @@ hetab_status hetab_heights_from_places(hetab_context *ctx, const char *name, con
     interpolate(&p, 3 * step, *out);
     return HETAB_OK;
   }
-  hetab_status status = put_on_grid(&p, *out);
-  if (status != HETAB_OK) {
-    hetab_heights_free(*out);
-    *out = NULL;
-  }
-  return status;
+  HETAB_MADE(hetab_heights, out, put_on_grid(&p, *out));
 }

@@ -2,17 +2,13 @@
 #include <math.h>
 #include <stdlib.h>
 #include "roughness/heights.h"
+#include "core/number.h"
 
 /* The distinct places along one axis: start + step times 0..count-1. */
 typedef struct axis {
   double start, step;
   size_t count;
 } axis;
-
-static int compare(const void *a, const void *b) {
-  double x = *(const double *)a, y = *(const double *)b;
-  return (x > y) - (x < y);
-}
 
 /* From values[i * stride]. The usual step is the median of those between neighbours that differ;
  * where all fit a count of them, the mean step has more digits. */
@@ -24,12 +20,12 @@ static hetab_status find_axis(hetab_context *ctx, const double *values, size_t s
   size_t different = 0;
   for (size_t i = 0; i < count; i++)
     sorted[i] = values[i * stride];
-  qsort(sorted, count, sizeof *sorted, compare);
+  hetab_sort(sorted, count);
   double span = sorted[count - 1] - sorted[0];
   for (size_t i = 1; i < count; i++)
     if (sorted[i] - sorted[i - 1] > 1e-7 * span)
       steps[different++] = sorted[i] - sorted[i - 1];
-  qsort(steps, different, sizeof *steps, compare);
+  hetab_sort(steps, different);
   *a = (axis){sorted[0], different ? steps[different / 2] : 0, 1};
   if (different) {
     double cells = round(span / a->step);

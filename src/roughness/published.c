@@ -124,9 +124,8 @@ static hetab_status read_rows(reader *r) {
 static hetab_status read_table(hetab_context *ctx, const char *path, hetab_published_table *table) {
   reader r = {.table = table};
   HETAB_TRY(hetab_csv_open(ctx, path, MOST_BYTES, &r.csv));
-  hetab_status status = (table->name = copy_name(&r.csv, path)) ? HETAB_OK : HETAB_ERR_MEMORY;
-  if (status == HETAB_OK)
-    status = read_header(&r);
+  table->name = copy_name(&r.csv, path);
+  hetab_status status = table->name ? read_header(&r) : HETAB_ERR_MEMORY;
   if (status == HETAB_OK)
     status = read_rows(&r);
   hetab_csv_clear(&r.csv);
@@ -361,11 +360,8 @@ hetab_status hetab_published_load(hetab_context *ctx, const char *const *paths, 
     j.all->tables = hetab_alloc(ctx, count, sizeof *j.all->tables);
   if (j.all && j.all->tables)
     status = load_and_check(&j, paths, count);
-  if (status == HETAB_OK)
-    *out = j.all;
-  else
-    hetab_published_free(j.all);
-  return status;
+  *out = j.all;
+  HETAB_MADE(hetab_published, out, status);
 }
 
 double hetab_published_summary(const hetab_published_table *table, size_t column, int kind) {

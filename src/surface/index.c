@@ -95,12 +95,8 @@ hetab_status hetab_index_constant(hetab_context *ctx, double n, double k, hetab_
   hetab_status status = fill_constant(ctx, &index->n, n);
   if (status == HETAB_OK)
     status = fill_constant(ctx, &index->k, k);
-  if (status != HETAB_OK) {
-    hetab_index_free(index);
-    return status;
-  }
   *out = index;
-  return HETAB_OK;
+  HETAB_MADE(hetab_index, out, status);
 }
 
 static hetab_status copy_curve(hetab_context *ctx, const hetab_curve *from, hetab_curve *to) {
@@ -126,11 +122,8 @@ hetab_status hetab_index_copy(hetab_context *ctx, const hetab_index *index, heta
   hetab_status status = copy_curve(ctx, &index->n, &copy->n);
   if (status == HETAB_OK)
     status = copy_curve(ctx, &index->k, &copy->k);
-  if (status == HETAB_OK)
-    *out = copy;
-  else
-    hetab_index_free(copy);
-  return status;
+  *out = copy;
+  HETAB_MADE(hetab_index, out, status);
 }
 
 /* column: 1 for n, 2 for k. */
@@ -165,12 +158,8 @@ hetab_status hetab_index_metal(hetab_context *ctx, const char *symbol, hetab_ind
   hetab_status status = fill_metal(ctx, metal, 1, &index->n);
   if (status == HETAB_OK)
     status = fill_metal(ctx, metal, 2, &index->k);
-  if (status != HETAB_OK) {
-    hetab_index_free(index);
-    return status;
-  }
   *out = index;
-  return HETAB_OK;
+  HETAB_MADE(hetab_index, out, status);
 }
 
 /* ---- reading it ---- */

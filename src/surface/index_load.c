@@ -19,10 +19,6 @@ hetab_status hetab_index_load(hetab_context *ctx, const char *path, hetab_index 
   status = hetab_has_extension(path, hetab_yaml_extensions)
                ? hetab_index_read_yaml(ctx, path, index)
                : hetab_index_read_csv(ctx, path, index);
-  if (status != HETAB_OK) {
-    hetab_index_free(index);
-    return status;
-  }
   *out = index;
-  return HETAB_OK;
+  HETAB_MADE(hetab_index, out, status);
 }

@@ -159,12 +159,8 @@ hetab_status hetab_surface_create(hetab_context *ctx, double sigma0_um, double t
   hetab_status status = hetab_index_constant(ctx, n, k, &surface->index);
   if (status == HETAB_OK)
     status = hetab_surface_sample(ctx, surface, lambda_um, count);
-  if (status != HETAB_OK) {
-    hetab_surface_free(surface);
-    return status;
-  }
   *out = surface;
-  return HETAB_OK;
+  HETAB_MADE(hetab_surface, out, status);
 }
 
 static hetab_status fail_unknown_preset(hetab_context *ctx, const char *name) {
@@ -199,13 +195,8 @@ hetab_status hetab_surface_preset(hetab_context *ctx, const char *name, hetab_su
     return fail_unknown_preset(ctx, name);
   hetab_surface *surface;
   HETAB_TRY(hetab_surface_new(ctx, preset->name, &surface));
-  hetab_status status = fill_preset(ctx, preset, surface);
-  if (status != HETAB_OK) {
-    hetab_surface_free(surface);
-    return status;
-  }
   *out = surface;
-  return HETAB_OK;
+  HETAB_MADE(hetab_surface, out, fill_preset(ctx, preset, surface));
 }
 
 /* ---- reading it ---- */

@@ -269,12 +269,8 @@ hetab_status hetab_surface_of_mapping(hetab_yaml *file, const yaml_node_t *mappi
   if (node)
     HETAB_TRY(hetab_yaml_text(file, node, "name", "a name", &name));
   HETAB_TRY(hetab_surface_new(file->ctx, name, &surface));
-  hetab_status status = fill_surface(file, mapping, surface);
-  if (status == HETAB_OK)
-    *out = surface;
-  else
-    hetab_surface_free(surface);
-  return status;
+  *out = surface;
+  HETAB_MADE(hetab_surface, out, fill_surface(file, mapping, surface));
 }
 
 hetab_status hetab_surface_of_values(hetab_yaml *file, const char *name,
@@ -296,11 +292,8 @@ hetab_status hetab_surface_of_values(hetab_yaml *file, const char *name,
     if (status != HETAB_OK)
       hetab_yaml_locate(file, status, values->index, "index");
   }
-  if (status == HETAB_OK)
-    *out = surface;
-  else
-    hetab_surface_free(surface);
-  return status;
+  *out = surface;
+  HETAB_MADE(hetab_surface, out, status);
 }
 
 /* The file's own name without folder and extension; free() it. */

@@ -56,11 +56,8 @@ hetab_status hetab_grid_create(hetab_context *ctx, hetab_grid **out) {
   hetab_status status = grid ? HETAB_OK : HETAB_ERR_MEMORY;
   for (hetab_axis axis = 0; status == HETAB_OK && axis < HETAB_AXIS_COUNT; axis++)
     status = hetab_grid_set_axis(ctx, grid, axis, axis_default[axis]);
-  if (status == HETAB_OK)
-    *out = grid;
-  else
-    hetab_grid_free(grid);
-  return status;
+  *out = grid;
+  HETAB_MADE(hetab_grid, out, status);
 }
 
 /* --- values --------------------------------------------------------------------------------- */

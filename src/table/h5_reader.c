@@ -276,11 +276,8 @@ done:
   hetab_h5_errors_end(&errors);
   if (status != HETAB_OK && table->descriptor.error)
     status = check_read(ctx, table); /* which explains the rest */
-  if (status == HETAB_OK)
-    *out = table;
-  else
-    hetab_h5_free(table);
-  return status;
+  *out = table;
+  HETAB_MADE(hetab_h5, out, status);
 }
 
 hetab_status hetab_h5_open(hetab_context *ctx, const char *path, hetab_h5_table **out) {

@@ -243,11 +243,8 @@ static hetab_status load(hetab_context *ctx, const char *path, unscale_fn finish
   hetab_merl *merl = hetab_alloc(ctx, 1, sizeof *merl);
   hetab_status status = merl ? read_file(ctx, file, path, merl, finish) : HETAB_ERR_MEMORY;
   fclose(file);
-  if (status == HETAB_OK)
-    *out = merl;
-  else
-    hetab_merl_free(merl);
-  return status;
+  *out = merl;
+  HETAB_MADE(hetab_merl, out, status);
 }
 
 hetab_status hetab_merl_load(hetab_context *ctx, const char *path, hetab_merl **out) {

@@ -79,11 +79,8 @@ static hetab_status make_view(hetab_context *ctx, hetab_view_source *source,
     status = fill(ctx, source, view);
   }
   hetab_view_source_clear(source);
-  if (status == HETAB_OK)
-    *out = view;
-  else
-    hetab_view_free(view);
-  return status;
+  *out = view;
+  HETAB_MADE(hetab_view, out, status);
 }
 
 hetab_status hetab_view_surface(hetab_context *ctx, hetab_engine *engine,
