@@ -181,8 +181,8 @@ valgrind: build ## run commands that read and write tables under valgrind (apt-g
 # The tests of code that starts threads: look-ups, RGL tables, dense tables on devices, samplers.
 TSAN_TESTS := $(patsubst %,$(BUILD)/tsan/tests/test_%,lookup_threads rgl tabulate sampler)
 .PHONY: coverage
-coverage: $(BUILD)/tests/test_fit ## how often the 95 % intervals of fits hold the truth, of 1000 measurements each (minutes)
-	@HETAB_TRIALS=1000 HETAB_TESTS=test_coverage $<
+coverage: $(BUILD)/tests/test_fit ## how often the 95 % intervals of fits hold the truth, of 250 measurements each (minutes)
+	@HETAB_TRIALS=250 HETAB_TESTS=test_coverage $<
 
 .PHONY: tsan
 tsan: setup ## run the tests that start threads under ThreadSanitizer

@@ -24,7 +24,7 @@ static inline vreal hetab_fresnel_mean(vreal cos2, vreal twice_ac, vreal modulus
  *     digits left for them. Any n > 0, k >= 0.
  * The smaller of a and b comes from a b = n k, and a - cos from a^2 - cos^2 = e1 + b^2: the plain
  * differences cancel for good metals and for thin dielectrics.
- * Error: relative <= 2e-6 float, <= 1e-12 double (tests/test_kernels.c); around the critical angle
+ * Error: relative <= 2e-6 float, <= 1e-14 double (tests/test_kernels.c); around the critical angle
  * of n < 1, k = 0, where a is the root of what is left of a cancellation, up to 6e-3 float. */
 static inline vreal hetab_fresnel(vreal cos2, vreal e1, vreal nk) {
   vreal c = sqrt(cos2);

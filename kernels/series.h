@@ -9,7 +9,7 @@
  *   g >= HETAB_SERIES_G: the sum over integers equals the integral over real m (Gamma for m!), and
  *     the integral equals the trapezoidal rule with HETAB_SERIES_NODES nodes a stride apart, in
  *     the variable m^(2/3) in which a Poisson bump is symmetric.
- * Error of h: relative <= 5e-6 float, where it is above 1e-25, <= 1e-12 double
+ * Error of h: relative <= 5e-6 float, where it is above 1e-25, <= 1e-13 double
  * (tests/test_kernels.c). */
 #ifndef HETAB_SERIES_H
 #define HETAB_SERIES_H

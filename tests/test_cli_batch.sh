@@ -104,6 +104,7 @@ bad "bad range" 'bad.yml:1: key tau_um' \
   'sweep: {index: Al, slope: 0.1, tau_um: {from: 5, to: 1, count: 3}}' 'consumer: merl'
 bad "outside the index data" '103\.32' \
   'surfaces: [{name: x, sigma0_um: 1, tau_um: 5, index: Al, wavelengths_nm: 80:90:10}]' 'consumer: merl'
+bad "a unit" "bad.yml:2: key memory_mb: '20 MB'.*without a unit" 'surfaces: [NGGAL]' 'memory_mb: 20 MB' 'consumer: merl'
 bad "error out of range" 'bad.yml:2: key table_error' 'surfaces: [NGGAL]' 'table_error: 2' 'consumer: merl'
 
 # ---- batches -------------------------------------------------------------------------------------
@@ -184,6 +185,14 @@ scene rough.yml 'surfaces:' '  - {name: a, sigma0_um: 16, tau_um: 160, index: Al
 works_loud "one slope" batch rough.yml -o rough
 check "one table" test ! -e rough/b.bsdf -a -e rough/c.bsdf
 check "measured" grep -q '"fits": true' rough/b.json
+
+# more light than falls on it, by the model's own doing, is no fault of the table
+scene bright.yml 'surfaces: [{name: bright, sigma0_um: 0.1, tau_um: 2, index: Ag}]' 'consumer: mitsuba-rgb'
+works_loud "a model that makes light" batch bright.yml -o bright --quiet
+check "told from a table's fault" /usr/bin/python3 -c '
+import json; r = json.load(open("bright/bright.json"))
+assert r["verdict"] == "model" and r["fits"] and r["energy"] > 1.005 and abs(r["bias"]) < 0.01 / 3'
+check "the page too" grep -q '<td>bright</td><td class="b WARN">model' bright/index.html
 
 # parts, and a launcher's
 for part in 1 2; do

@@ -363,7 +363,7 @@ static void check_device(int is_double) {
     double bound_float, bound_double;
   } functions[] = {
       {"W", 0, TOL_LAMBERT_FLOAT, TOL_LAMBERT_DOUBLE},
-      {"|F|^2", 0, TOL_FRESNEL_FLOAT, TOL_FRESNEL_DEVICE},
+      {"|F|^2", 0, TOL_FRESNEL_FLOAT, TOL_FRESNEL_DOUBLE},
       {"S / mu", 0, TOL_SHADOW_FLOAT, TOL_SHADOW_DOUBLE},
       {"K, over a lower bound of 1e-6", 1e-30, TOL_K_FLOAT, TOL_K_DOUBLE},
       {"h", 1e-25, TOL_H_FLOAT, TOL_H_DOUBLE},

@@ -47,7 +47,7 @@ class Model(unittest.TestCase):
         for name in ("theta_i", "theta_r", "phi"):
             points[name] = rows[name + "_rad"]
         bright = rows["f_dd_per_sr"] >= 1e-9
-        for options, bound in (({}, 1e-10), ({"precision": "float"}, 1e-5),
+        for options, bound in (({}, 1e-12), ({"precision": "float"}, 1e-5),
                                ({"literal": True}, 1e-8)):
             values = hetab.evaluate(points, **options)
             self.assertEqual(values.shape, points.shape)

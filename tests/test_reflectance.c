@@ -49,7 +49,7 @@ static void check_golden(hetab_context *ctx, hetab_precision precision, double b
   size_t count;
   golden_reflectance *golden = golden_reflectances(&count);
   hetab_engine *engine = series_engine(ctx, precision);
-  double worst_dd = 0, worst_s = 0, worst_honesty = 0, least_honesty = 1;
+  double worst_dd = 0, worst_s = 0, worst_honesty = 0;
   assert_int_equal(count, 50);
   for (size_t i = 0; i < count; i++) {
     const golden_reflectance *g = &golden[i];
@@ -60,16 +60,11 @@ static void check_golden(hetab_context *ctx, hetab_precision precision, double b
     assert_true(relative_error(r.fresnel, g->fresnel) < 1e-13);
     assert_true(r.dh == r.dd.value + r.specular && r.ud == 0 && r.dd.evaluations > 0);
     assert_int_equal(r.dd.stop, HETAB_STOP_TOLERANCE);
-    if (error > r.dd.error)
-      fail_msg("%s, %g degrees: error %g, estimate %g", g->name, g->point.theta_i * 180 / M_PI,
-               error, r.dd.error);
     worst_honesty = fmax(worst_honesty, error / r.dd.error);
-    least_honesty = fmin(least_honesty, fmax(error, 1e-12 * g->rho_dd) / r.dd.error);
   }
   assert_below("rho_dd", worst_dd, bound);
   assert_below("rho_s", worst_s, TOL_REFLECTANCE_SPECULAR);
-  assert_below("error / estimate", worst_honesty, 1);
-  print_message("  the estimate is at most %.0e times the error\n", 1 / least_honesty);
+  assert_below("error / estimate", worst_honesty, 0.25);
   hetab_engine_free(engine);
   free(golden);
 }

@@ -197,7 +197,7 @@ static void test_mitsuba(void **state) {
       sample = fmax(sample, fabs((double)drawn[c] - rows[i][12 + c]));
   }
   assert_below("f cos against Mitsuba", value, TOL_RGL_MITSUBA);
-  assert_below("pdf against Mitsuba", pdf, TOL_RGL_MITSUBA_PDF);
+  assert_below("pdf against Mitsuba", pdf, TOL_RGL_MITSUBA);
   assert_below("sample against Mitsuba", sample, TOL_RGL_MITSUBA_SAMPLE);
   assert_below("its pdf", density, TOL_RGL_MITSUBA_PDF);
   hetab_rgl_free(rgl);
@@ -397,32 +397,37 @@ static void check_surface(hetab_context *ctx, const char *name) {
       name, report.theta_i_count, report.resolution, report.resolution, 1e-6 * (double)report.bytes,
       report.error_l1, report.bias, report.clamped);
   assert_true(report.error_l1 <= 0.01 && fabs(report.bias) <= 0.003 && report.target == 0.01);
-  assert_true(report.bytes <= 4000000);
+  assert_true(report.bytes <= 700000);
   assert_below("relative L1, worst incidence", worst_l1, TOL_RGL_L1);
   assert_below("bias", worst_bias, TOL_RGL_BIAS);
   hetab_rgl_free(rgl);
   hetab_surface_free(surface);
 }
 
-/* At the default setting: 1 % at every incidence, bias 0.3 %, 4 MB. */
+/* At the default setting: 1 % at every incidence, bias 0.3 %, 0.7 MB. */
 static void test_presets(void **state) {
   for (size_t i = 0; i < 5; i++)
     check_surface(*state, hetab_preset_name(i));
 }
 
-/* A lobe of half a degree, hardly rough, at one wavelength. */
+/* A lobe of half a degree, hardly rough, and one as wide as the hemisphere, at one wavelength. */
 static void test_needle(void **state) {
   hetab_context *ctx = *state;
   double lambda_um = 0.55;
-  hetab_rgl_options options = {.bands = HETAB_RGL_SPECTRAL, .table_error = 0.02};
+  hetab_rgl_options options = {.bands = HETAB_RGL_SPECTRAL};
   hetab_rgl_report report;
   hetab_surface *surface;
   hetab_rgl *rgl;
+  assert_ok(ctx, hetab_surface_create(ctx, 0.02, 0.2, 0.96, 6.7, &lambda_um, 1, &surface));
+  assert_ok(ctx, hetab_tabulate_rgl(ctx, surface, &options, &rgl, &report));
+  assert_below("below the wavelength, L1", report.error_l1, 0.01);
+  hetab_rgl_free(rgl);
+  hetab_surface_free(surface);
   assert_ok(ctx, hetab_surface_create(ctx, 0.05, 60, 0.96, 6.7, &lambda_um, 1, &surface));
   assert_ok(ctx, hetab_tabulate_rgl(ctx, surface, &options, &rgl, &report));
   print_message("  %zu incidences, %zu x %zu nodes: %.4f, bias %.4f\n", report.theta_i_count,
                 report.resolution, report.resolution, report.error_l1, report.bias);
-  assert_true(report.error_l1 <= 0.02 && hetab_rgl_channel_count(rgl) == 1);
+  assert_true(report.error_l1 <= 0.01 && hetab_rgl_channel_count(rgl) == 1);
   assert_true(hetab_rgl_wavelengths_um(rgl)[0] == 0.55);
   hetab_rgl_free(rgl);
   options.table_error = 1e-5; /* no table of any shape keeps that */
@@ -464,6 +469,7 @@ static double albedo_of(const hetab_rgl *rgl, double theta_i) {
     if (!(density > 0))
       continue;
     hetab_rgl_eval(rgl, wi, wo, &f);
+    assert_true(f > 0); /* or a chi-square test would leave it out */
     sum += (double)(f * wo[2] / density) / COUNT;
   }
   return sum;

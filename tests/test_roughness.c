@@ -249,6 +249,19 @@ static void test_levelling(void **state) {
   free(z);
 }
 
+/* 2000 scans of 50 tau: what the mean and the line carry away of sigma and tau, in tau / length. */
+static void test_levelling_bias(void **state) {
+  profile_scale scale = {0.3, 2}, none = {0, 0};
+  uint64_t random = 19;
+  double *z = gaussian_scans(scale, none, 1000, 2000, &random);
+  hetab_roughness *r = measured(*state, new_scans(*state, z, 1000, 2000, 0.1), NULL);
+  double sigma = 50 * (1 - r->raw.sigma_um.mean / 0.3), tau = 50 * (1 - r->raw.tau_um.mean / 2);
+  print_message("  sigma low by %.2f tau / length, tau by %.2f\n", sigma, tau);
+  assert_true(fabs(sigma - 2) < 0.3 && fabs(tau - 2.5) < 0.3);
+  hetab_roughness_free(r);
+  free(z);
+}
+
 static void test_plane(void **state) {
   enum { SIDE = 120 };
   double *z = calloc(SIDE * SIDE, sizeof *z);
@@ -943,6 +956,7 @@ int main(void) {
       WITH_CONTEXT(test_white_noise),
       WITH_CONTEXT(test_long_scan),
       WITH_CONTEXT(test_levelling),
+      WITH_CONTEXT(test_levelling_bias),
       WITH_CONTEXT(test_plane),
       WITH_CONTEXT(test_gaps_and_outliers),
       WITH_CONTEXT(test_nothing_to_measure),

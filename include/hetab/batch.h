@@ -18,7 +18,7 @@ typedef struct hetab_batch_result {
   double seconds; /* of the process, while it was made: of one core, where that has one thread */
   double error_l1, bias; /* RGL, measured, as in hetab_rgl_report; 0: none */
   double energy; /* RGL: the largest reflectance found, the delta beside the table with it */
-  int fits;      /* the errors are what was asked for, and no light is made */
+  int fits;      /* the errors are what was asked for */
 } hetab_batch_result;
 
 /* Whether the surface's record and files are those that the plan asks for: by key, sizes and times;

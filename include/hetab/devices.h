@@ -20,8 +20,8 @@ typedef struct hetab_device_info {
  * None is not an error here: *count = 0. */
 hetab_status hetab_device_list(hetab_context *ctx, hetab_device_info **list, size_t *count);
 
-/* Starts to load the OpenCL runtime on a thread of its own: it brings a compiler along, which takes
- * tens of milliseconds that reading inputs and laying out files can overlap. Never fails (NULL: no
+/* Starts to load the OpenCL runtime on a thread of its own: it brings a compiler along, and
+ * reading inputs and laying out files can go on meanwhile. Never fails (NULL: no
  * thread); what goes wrong shows in hetab_engine_create. Finish it before the process exits.
  * Threads: one at a time. */
 typedef struct hetab_preload hetab_preload;

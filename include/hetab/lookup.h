@@ -109,7 +109,7 @@ typedef struct hetab_lookup_drawn {
  * when the table is opened; a tenth is drawn from the cosine, which bounds weights. Chi-square
  * tests pass at 10^6 samples on the report's five surfaces and a needle (sigma0 0.05 um, tau 60
  * um), 0 to 85 degrees; the mean weight is the albedo within 3 standard errors; the weights'
- * relative standard deviation is 0.13 to 0.35, 0.46 for the needle; at most 0.02 % of samples fail
+ * relative standard deviation is at most 0.36, 0.47 for the needle; at most 0.02 % of samples fail
  * (tests/test_lookup.c). */
 void hetab_lookup_sample(const hetab_lookup *table, const hetab_lookup_query *query, size_t count,
                          const float *wi, const float *uc, const float *u,

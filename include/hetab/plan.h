@@ -87,10 +87,13 @@ typedef struct hetab_plan_item {
   double error_l1;
 } hetab_plan_item;
 
+struct hetab_rgl_forecast; /* what the trials of an RGL table found */
+
 typedef struct hetab_plan {
   size_t count;
-  hetab_plan_item *items; /* in the scene's order */
-  double table_error;     /* the common error that the budget leaves; what was asked for, without */
+  hetab_plan_item *items;               /* in the scene's order */
+  struct hetab_rgl_forecast *forecasts; /* [count], of RGL tables */
+  double table_error; /* the common error that the budget leaves; what was asked for, without */
   double asked_error;
   double memory_bytes;               /* the budget; 0: none */
   double bytes, seconds;             /* in all */

@@ -21,8 +21,8 @@ const char *hetab_stop_name(hetab_stop stop); /* "tolerance" */
 
 /* A number that was integrated: |value - truth| <= error, rounding included. The estimate held in
  * every case of tests/test_reflectance.c: needles, mirrors, steep and sub-wavelength surfaces,
- * total reflection (n < 1), 0 to 89.9 degrees. At the default tolerances it is 6 to 2000 times too
- * large there (golden cases). */
+ * total reflection (n < 1), 0 to 89.9 degrees. At the default tolerances it is four times too large
+ * or more (golden cases). */
 typedef struct hetab_integral {
   double value, error;
   size_t evaluations; /* of the model */
@@ -43,8 +43,7 @@ typedef struct hetab_reflectance {
  * device; the literal method has none (HETAB_ERR_UNSUPPORTED).
  *
  * Shape: rays across the disc at steps that do not depend on grazing, nodes crowded at both ends of
- * each (src/model/hemisphere.h); about 700 evaluations an integral in float at 45 degrees, 2000 to
- * 5000 at 85.
+ * each (src/model/hemisphere.h).
  * Error: relative, of dd <= 3e-7 float, 1e-11 double in every case of golden/reflectance.csv, which
  * scripts/golden makes (tests/test_reflectance.c).
  * Edge: at exactly 90 degrees dd and specular are 0. Slopes sigma0 / tau above 1 converge slowly

@@ -113,11 +113,11 @@ typedef struct hetab_estimate {
  * for an exponential one as the spacing shrinks.
  *
  * Bias. Of unfiltered scans: the mean and the line that are taken away carry variance of the
- * surface, sigma comes out low by about 0.9 tau / length and tau by more. After the filter it is
- * below 1 % for scans of 50 tau (tests/test_roughness.c).
- * The filter takes variance from the small scale too: of a Gaussian autocorrelation with tau =
- * 5.6 um a 30 um cut-off leaves less than a third of the variance and tau = 3.2 um, but 96 % of
- * sigma / tau; at about 13 tau sigma / tau is largest, 8 % above the surface's own. */
+ * surface: sigma comes out low by about 2 tau / length, tau by 2.5 (scans of 50 tau). After the
+ * filter it is below 1 % for scans of 60 tau (tests/test_roughness.c). The filter takes variance
+ * from the small scale too: of a Gaussian autocorrelation with tau = 5.6 um a 30 um cut-off leaves
+ * less than a third of the variance and tau = 3.2 um, but 96 % of sigma / tau; at about 13 tau
+ * sigma / tau is largest, 8 % above the surface's own. */
 typedef struct hetab_scan_statistics {
   size_t scan; /* in hetab_roughness.scans */
   size_t points;
@@ -198,15 +198,12 @@ typedef struct hetab_roughness {
  * least 10 spacings, at most half a scan. HETAB_ERR_RANGE if no scan has 32 points left or all
  * heights are equal.
  *
- * Measured (tests/test_roughness.c): 9 scans of 4000 points at 0.1 um, Gaussian autocorrelations of
- * the report's five surfaces plus a large scale (1 um, 150 um), 200 trials each, against the
- * process's own filtered statistics; the worst of the five.
- *   cut-off 30 um:  sigma bias 0.6 %, spread 3.4 %; tau 0.5 %, 1.7 %; sigma / tau 0.4 %, 3.3 %; the
- *                   95 % intervals cover in 95.5 % of the trials or more
- *   cut-off auto:   none in 6 of 1000 trials, where levelling left nothing of the large scale; else
- *                   within 13 % of the process's cut-off of largest slope, in all trials;
- *                   sigma bias 1.0 %, spread 3.8 %; tau 0.7 %, 2.8 %; sigma / tau 0.9 %, 3.7 %;
- *                   intervals cover in 94.5 % or more */
+ * Error (tests/test_roughness.c): 9 scans of 4000 points at 0.1 um, Gaussian autocorrelations of
+ * the report's five surfaces plus a large scale (1 um, 150 um), against the process's own filtered
+ * statistics. Cut-off 30 um: of sigma, tau, sigma / tau and the rms slope the bias is at most 1 %,
+ * the spread 3.5 %, and the 95 % intervals cover in 95 % of 200 trials or more. Cut-off auto: none
+ * in at most 1 % of the trials, where levelling left nothing of the large scale; else within 13 %
+ * of the process's cut-off of largest slope. */
 hetab_status hetab_roughness_measure(hetab_context *ctx, const hetab_heights *const *heights,
                                      size_t count, const hetab_roughness_options *options,
                                      hetab_roughness **out);

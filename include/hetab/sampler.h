@@ -36,11 +36,10 @@ HETAB_BEGIN
 typedef struct hetab_model_sampler hetab_model_sampler;
 
 /* Samples band number `hero` of the surface, with weights for all its bands, each at the cost of
- * one evaluation of the series (about 0.7 us). On smooth surfaces the lobe of a longer wavelength
- * is the wider one: over 400 to 700 nm choose a hero in the middle or above (550 nm: an effective
- * share of at least half of the samples for every band; 400 nm: less than a tenth for 700 nm at
- * sigma0 0.02 um), or combine samplers of several heroes by their densities.
- * HETAB_ERR_ARGUMENT: no such band, or outside the model's limits. */
+ * one evaluation of the series (0.7 us, `make bench`). On smooth surfaces the lobe of a longer
+ * wavelength is the wider one: over 400 to 700 nm choose a hero in the middle or above (550 nm: an
+ * effective share of at least half of the samples for every band), or combine samplers of several
+ * heroes by their densities. HETAB_ERR_ARGUMENT: no such band, or outside the model's limits. */
 hetab_status hetab_model_sampler_create(hetab_context *ctx, const hetab_surface *surface,
                                         size_t hero, hetab_model_sampler **out);
 void hetab_model_sampler_free(hetab_model_sampler *sampler); /* NULL is fine */

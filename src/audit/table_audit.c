@@ -41,13 +41,12 @@ static double specular_share(const hetab_audit *audit, const double *specular) {
 static void judge_specular(const hetab_audit_options *o, hetab_audit *audit) {
   const hetab_against *a = audit->against;
   double missing = a->specular_hh * (1 - a->specular_in_table);
-  hetab_audit_add(
-      audit, "specular", missing > o->max_missing ? HETAB_WARN : HETAB_PASS, missing,
-      o->max_missing,
-      "%.3g of white-sky reflectance is missing: of the specular delta's %.3g, %.0f %% is "
-      "%s",
-      missing, a->specular_hh, 100 * a->specular_in_table,
-      a->specular_apart ? "in the file, beside the BRDF" : "in the table");
+  hetab_audit_add(audit, "specular", missing > o->max_missing ? HETAB_WARN : HETAB_PASS, missing,
+                  o->max_missing,
+                  "%.3g of white-sky reflectance is missing: the specular delta reflects %.3g, of "
+                  "which %.0f %% is %s",
+                  missing, a->specular_hh, 100 * a->specular_in_table,
+                  a->specular_apart ? "beside the BRDF" : "in the table");
 }
 
 void hetab_audit_judge_against(const hetab_audit_options *o, const double *specular,

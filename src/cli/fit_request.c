@@ -127,9 +127,9 @@ static cli_option *search_options(cli_option *next, fit_request *r) {
   hetab_fit_options *o = &r->options;
   const cli_option options[] = {
       {CLI_CHOICE, "weights", 0, "auto|report|energy|equal|relative|log",
-       "of the squared differences; report: cos^2(theta_r), Eq. 5 as printed; auto: report for "
-       "scans "
-       "of the incidence plane, else energy (auto)",
+       "of the squared differences; report: cos^2(theta_r), Eq. 5 as printed; energy: "
+       "cos(theta_i) cos(theta_r) dOmega; auto: report for scans of the incidence plane, else "
+       "energy (auto)",
        &r->weights, 0, 0},
       {CLI_CHOICE, "constraint", 0, "auto|polished|energy|none",
        "rho_dh at most that of the polished material, or 1; auto: polished if k > 0 (auto)",

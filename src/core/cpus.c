@@ -4,8 +4,10 @@
 
 static _Thread_local int limit;
 
-void hetab_cpu_limit(int most) {
+int hetab_cpu_limit(int most) {
+  int before = limit;
   limit = most;
+  return before;
 }
 
 int hetab_cpu_count(void) {

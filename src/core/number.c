@@ -66,12 +66,22 @@ bool hetab_number_or_missing(const char *text, double *value) {
   return hetab_number_missing(text);
 }
 
+/* What is wrong with "0,5" and with "20 MB". */
+static const char *number_advice(const char *text) {
+  size_t length = strlen(text);
+  if (strchr(text, ','))
+    return ", with '.' before the decimals";
+  bool unit = length && text[0] >= '0' && text[0] <= '9' &&
+              (text[length - 1] == '%' || text[length - 1] >= 'A');
+  return unit ? ", without a unit" : "";
+}
+
 hetab_status hetab_number_read(hetab_context *ctx, const char *text, const hetab_rule *rule,
                                double *value) {
   double parsed;
   if (!hetab_number_parse(text, &parsed))
     return hetab_fail(ctx, HETAB_ERR_PARSE, "'%.40s' is not a number: give %s%s", text,
-                      rule->wanted, strchr(text, ',') ? ", with '.' before the decimals" : "");
+                      rule->wanted, number_advice(text));
   if (!(parsed >= rule->min && parsed <= rule->max))
     return hetab_fail(ctx, HETAB_ERR_PARSE, "%.40s is out of range: give %s", text, rule->wanted);
   *value = parsed;

@@ -6,8 +6,8 @@
  * interpolate lose what a step has, and those that truncate find it too.
  *
  * Energy of the smooth lobe, integrated by another rule: rho_s above 1e-3 within 0.2 % from 0 to 85
- * degrees for cones of 0.5 and 2 degrees, 1 % at 5, and 2 % at 20 where rho_s
- * does not rise by orders within the cone (tests/test_fold.c). */
+ * degrees for cones of 0.5 and 2 degrees, 1 % at 5, and at 20 where it does not rise by orders
+ * within the cone (tests/test_fold.c). */
 #pragma once
 
 #include <stdbool.h>

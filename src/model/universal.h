@@ -26,7 +26,7 @@ typedef struct hetab_universal {
   double r[HETAB_SPLINE_COUNT][HETAB_SPLINE_COUNT]; /* [s][t], of r */
 } hetab_universal;
 
-/* Made from the series at the first call, in some 10 ms; any thread may ask. */
+/* Made from the series at the first call; any thread may ask. */
 const hetab_universal *hetab_universal_table(void);
 
 /* s of g, and g of s: infinite at 1. */

@@ -47,10 +47,10 @@ static hetab_status size_rgl(hetab_context *ctx, const hetab_scene *scene, const
   item->resolution = r.resolution;
   item->bytes = r.bytes;
   item->error_l1 = r.error_l1 + item->wavelength_error;
-  /* The trial, and the nodes: against the forecast's, which were 30,000 evaluations. */
+  /* The trial, and the nodes: against the forecast's, which were 20,000 evaluations. */
   item->seconds =
       p->fixed +
-      p->seconds * (2.8 + 3.3e-5 * (double)(r.theta_i_count * r.resolution * r.resolution));
+      p->seconds * (3.1 + 5.2e-5 * (double)(r.theta_i_count * r.resolution * r.resolution));
   return HETAB_OK;
 }
 
@@ -228,6 +228,8 @@ static hetab_status make(hetab_context *ctx, job *job, const char *folder, doubl
   if (!plan->count)
     return HETAB_OK;
   HETAB_TRY(hetab_probe_all(ctx, job->scene, folder, share_start, plan->items, job->probes));
+  for (size_t i = 0; i < plan->count; i++)
+    plan->forecasts[i] = job->probes[i].forecast;
   HETAB_TRY(share(ctx, job));
   against_dense(job->scene, plan);
   return fit_budget(ctx, job);
@@ -244,9 +246,11 @@ hetab_status hetab_plan_make(hetab_context *ctx, const hetab_scene *scene, const
   job.plan->asked_error = job.plan->table_error = scene->table_error;
   job.plan->memory_bytes = scene->memory_bytes;
   job.plan->items = hetab_alloc(ctx, scene->count, sizeof *job.plan->items);
+  job.plan->forecasts = hetab_alloc(ctx, scene->count, sizeof *job.plan->forecasts);
   job.probes = hetab_alloc(ctx, scene->count, sizeof *job.probes);
-  hetab_status status =
-      job.plan->items && job.probes ? make(ctx, &job, folder, share_start) : HETAB_ERR_MEMORY;
+  hetab_status status = job.plan->items && job.plan->forecasts && job.probes
+                            ? make(ctx, &job, folder, share_start)
+                            : HETAB_ERR_MEMORY;
   free(job.probes);
   if (status == HETAB_OK)
     *out = job.plan;
@@ -263,5 +267,6 @@ void hetab_plan_free(hetab_plan *plan) {
   if (!plan)
     return;
   free(plan->items);
+  free(plan->forecasts);
   free(plan);
 }

@@ -15,6 +15,40 @@
 #include "plan/probe.h"
 #include "plan/scene.h"
 
+/* 0: there is none. */
+static bool is_shape(json_int_t ndf, json_int_t vndf_theta, json_int_t vndf_phi) {
+  return ndf == 0 ||
+         (ndf > 1 && ndf <= HETAB_RGL_MOST_NDF && vndf_theta > 1 &&
+          vndf_theta <= HETAB_RGL_MOST_NODES && vndf_phi > 1 && vndf_phi <= HETAB_RGL_MOST_NODES);
+}
+
+/* A density is two hexadecimal digits an incidence. */
+static bool unpack_forecast(const json_t *json, hetab_rgl_forecast *out) {
+  json_int_t ndf, vndf_theta, vndf_phi;
+  const char *density;
+  bool good =
+      json_unpack((json_t *)json, "{sI sI sI sF ss}", "ndf", &ndf, "vndf_theta", &vndf_theta,
+                  "vndf_phi", &vndf_phi, "soft", &out->shape.soft, "density", &density) == 0 &&
+      is_shape(ndf, vndf_theta, vndf_phi) && strlen(density) == 2 * HETAB_RGL_PROBES;
+  for (int k = 0; good && k < HETAB_RGL_PROBES; k++)
+    good = sscanf(density + 2 * k, "%2hhx", &out->density[k]) == 1;
+  if (!good)
+    return false;
+  out->shape.ndf = (size_t)ndf;
+  out->shape.vndf_theta = (size_t)vndf_theta;
+  out->shape.vndf_phi = (size_t)vndf_phi;
+  return true;
+}
+
+static json_t *pack_forecast(const hetab_rgl_forecast *f) {
+  char density[2 * HETAB_RGL_PROBES + 1];
+  for (int k = 0; k < HETAB_RGL_PROBES; k++)
+    snprintf(density + 2 * k, 3, "%02x", f->density[k]);
+  return json_pack("{sI sI sI sf ss}", "ndf", (json_int_t)f->shape.ndf, "vndf_theta",
+                   (json_int_t)f->shape.vndf_theta, "vndf_phi", (json_int_t)f->shape.vndf_phi,
+                   "soft", f->shape.soft, "density", density);
+}
+
 static bool unpack_item(const json_t *json, size_t count, hetab_plan_item *item) {
   json_int_t kind, shares, delta, wavelengths, theta_i, resolution, bytes;
   if (json_unpack((json_t *)json, "{sI sI sI sb sF sF sF sI sF sI sI sF sI sF sF}", "kind", &kind,
@@ -61,10 +95,14 @@ static hetab_plan *unpack(const json_t *json, const char *key, size_t count) {
   if (good) {
     plan->count = count;
     plan->items = calloc(count ? count : 1, sizeof *plan->items);
-    good = plan->items != NULL;
+    plan->forecasts = calloc(count ? count : 1, sizeof *plan->forecasts);
+    good = plan->items && plan->forecasts;
   }
-  for (size_t i = 0; good && i < count; i++)
-    good = unpack_item(json_array_get(items, i), count, &plan->items[i]);
+  for (size_t i = 0; good && i < count; i++) {
+    const json_t *item = json_array_get(items, i);
+    good = unpack_item(item, count, &plan->items[i]) &&
+           unpack_forecast(json_object_get(item, "forecast"), &plan->forecasts[i]);
+  }
   if (good)
     return plan;
   hetab_plan_free(plan);
@@ -74,8 +112,11 @@ static hetab_plan *unpack(const json_t *json, const char *key, size_t count) {
 static hetab_status save(hetab_context *ctx, const hetab_plan *plan, const char *key,
                          const char *path) {
   json_t *items = json_array();
-  for (size_t i = 0; i < plan->count; i++)
-    json_array_append_new(items, pack_item(&plan->items[i]));
+  for (size_t i = 0; i < plan->count; i++) {
+    json_t *item = pack_item(&plan->items[i]);
+    json_object_set_new(item, "forecast", pack_forecast(&plan->forecasts[i]));
+    json_array_append_new(items, item);
+  }
   json_t *json =
       json_pack("{ss so sf sf sf sf sf sf sf}", "key", key, "items", items, "table_error",
                 plan->table_error, "asked_error", plan->asked_error, "memory_bytes",

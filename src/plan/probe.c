@@ -2,7 +2,7 @@
 
 #include <dirent.h>
 #include <math.h>
-#include <pthread.h>
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,13 +15,16 @@
 
 #include "core/context.h"
 #include "core/cpus.h"
+#include "core/each.h"
 #include "core/md5.h"
 #include "plan/fixed_error.h"
 #include "plan/plan_key.h"
 #include "plan/scene.h"
 #include "rgl/rgl_model.h"
 
-enum { MOST_THREADS = 64, LEAST_CHUNK = 8, MOST_CHUNKS = 1000 };
+/* A part is a file that is synced: of a large scene's surfaces at least 8, but not too few for all
+ * cores. */
+enum { PART = 8, FEW_CHUNKS = 64, MOST_CHUNKS = 1000 };
 
 /* ---- one surface --------------------------------------------------------------------------- */
 
@@ -111,9 +114,10 @@ typedef struct job {
   hetab_plan_item *items;
   hetab_probe *probes;
   char key[HETAB_KEY];
-  size_t chunk, chunks, start, next; /* the first to do, and how many have been taken */
-  pthread_mutex_t mutex;
-  hetab_status status;
+  size_t chunk, chunks, start; /* the first to do */
+  hetab_context *contexts[HETAB_MOST_WORKERS];
+  atomic_bool failed;
+  hetab_status status; /* of the first that failed */
   char message[sizeof((hetab_context *)0)->message];
 } job;
 
@@ -189,58 +193,43 @@ static hetab_status do_chunk(hetab_context *ctx, const job *j, size_t chunk) {
   return HETAB_OK;
 }
 
-/* The next chunk's number; `chunks`: none is left. */
-static size_t take(job *j, hetab_context *own, hetab_status last) {
-  pthread_mutex_lock(&j->mutex);
-  if (last != HETAB_OK && j->status == HETAB_OK) {
-    j->status = last;
-    memcpy(j->message, own->message, sizeof j->message);
-  }
-  bool done = j->status != HETAB_OK || j->next == j->chunks;
-  size_t taken = done ? j->chunks : (j->start + j->next++) % j->chunks;
-  pthread_mutex_unlock(&j->mutex);
-  return taken;
-}
-
-static void *work(void *user) {
+/* Seconds are those of one core. */
+static void work(void *user, size_t i, int worker) {
   job *j = user;
-  hetab_context *ctx;
-  hetab_status status = hetab_context_create(&ctx);
-  if (status != HETAB_OK)
-    return NULL; /* the others do its chunks */
-  hetab_cpu_limit(1);
-  for (size_t chunk; (chunk = take(j, ctx, status)) < j->chunks;)
-    status = do_chunk(ctx, j, chunk);
-  hetab_context_free(ctx);
-  return NULL;
+  hetab_context **ctx = &j->contexts[worker];
+  if (atomic_load(&j->failed))
+    return;
+  int before = hetab_cpu_limit(1);
+  hetab_status status = *ctx ? HETAB_OK : hetab_context_create(ctx);
+  if (status == HETAB_OK)
+    status = do_chunk(*ctx, j, (j->start + i) % j->chunks);
+  hetab_cpu_limit(before);
+  if (status == HETAB_OK || atomic_exchange(&j->failed, true))
+    return;
+  j->status = status;
+  snprintf(j->message, sizeof j->message, "%s", *ctx ? (*ctx)->message : "out of memory");
 }
 
 hetab_status hetab_probe_all(hetab_context *ctx, const hetab_scene *scene, const char *folder,
                              double share, hetab_plan_item *items, hetab_probe *probes) {
-  pthread_t threads[MOST_THREADS];
-  int count = hetab_cpu_count(), started = 0;
+  size_t few = scene->count / FEW_CHUNKS + 1, least = few < PART ? few : PART;
   job j = {.scene = scene,
            .folder = folder,
            .items = items,
            .probes = probes,
-           .chunk = scene->count / MOST_CHUNKS,
-           .mutex = PTHREAD_MUTEX_INITIALIZER};
+           .chunk = scene->count / MOST_CHUNKS};
   char *parts = NULL;
   HETAB_TRY(hetab_scene_key(ctx, scene, j.key));
-  j.chunk = j.chunk > LEAST_CHUNK ? j.chunk : LEAST_CHUNK;
+  j.chunk = j.chunk > least ? j.chunk : least;
   j.chunks = (scene->count + j.chunk - 1) / j.chunk;
   j.start = (size_t)(share * (double)j.chunks);
   if (folder && asprintf(&parts, "%s/plan.parts", folder) >= 0)
     mkdir(parts, 0777);
   free(parts);
-  while (started < count && started < MOST_THREADS &&
-         pthread_create(&threads[started], NULL, work, &j) == 0)
-    started++;
-  for (int i = 0; i < started; i++)
-    pthread_join(threads[i], NULL);
-  if (j.status != HETAB_OK)
-    return hetab_fail(ctx, j.status, "%s", j.message);
-  return j.next == j.chunks ? HETAB_OK : hetab_fail(ctx, HETAB_ERR_MEMORY, "cannot start a thread");
+  hetab_status status = hetab_each(ctx, j.chunks, work, &j);
+  for (int i = 0; i < HETAB_MOST_WORKERS; i++)
+    hetab_context_free(j.contexts[i]);
+  return j.status != HETAB_OK ? hetab_fail(ctx, j.status, "%s", j.message) : status;
 }
 
 void hetab_probe_forget(const char *folder) {

@@ -10,8 +10,7 @@
 #include "rgl/rgl_table.h"
 #include "rgl/rgl_trial.h"
 
-/* Incidences, every 2 degrees. */
-enum { PROBES = 46, LAST_PROBE = 42 };
+enum { PROBES = HETAB_RGL_PROBES, LAST_PROBE = 42 };
 /* Beyond 84 degrees the error may be this much larger. */
 static const double grazing_share = 5.0;
 
@@ -41,7 +40,7 @@ static hetab_status probe_error(hetab_context *ctx, const hetab_rgl_source *sour
 /* How dense incidences should stand, density[PROBES]: the number of intervals of an error of 1 per
  * radian. */
 static hetab_status probe_density(hetab_context *ctx, const hetab_rgl_source *source,
-                                  hetab_rgl_shape shape, double *density) {
+                                  hetab_rgl_shape shape, const double *lobe, double *density) {
   size_t values = source->channels * shape.resolution * shape.resolution;
   double theta[PROBES], *slices = NULL, step = M_PI_2 / (PROBES - 1);
   hetab_rgl *probe;
@@ -49,7 +48,7 @@ static hetab_status probe_density(hetab_context *ctx, const hetab_rgl_source *so
   shape.theta_i = PROBES;
   for (size_t k = 0; k < PROBES; k++)
     theta[k] = step * (double)k;
-  HETAB_TRY(hetab_rgl_new(ctx, source, &shape, theta, &probe));
+  HETAB_TRY(hetab_rgl_new(ctx, source, &shape, lobe, theta, &probe));
   slices = hetab_alloc(ctx, PROBES * values, sizeof *slices);
   HETAB_GOTO(slices ? HETAB_OK : HETAB_ERR_MEMORY);
   for (size_t k = 0; k < PROBES; k++) {
@@ -90,17 +89,6 @@ static void place_incidences(const double *density, size_t count, double *theta_
 }
 
 /* ---- one shape ----------------------------------------------------------------------------- */
-
-static hetab_status build_at(hetab_context *ctx, const hetab_rgl_source *source,
-                             const double *theta_i, const hetab_rgl_shape *shape, hetab_rgl **out) {
-  HETAB_TRY(hetab_rgl_new(ctx, source, shape, theta_i, out));
-  hetab_status status = hetab_rgl_fill(ctx, source, *out);
-  if (status != HETAB_OK) {
-    hetab_rgl_free(*out);
-    *out = NULL;
-  }
-  return status;
-}
 
 hetab_status hetab_rgl_measure(hetab_context *ctx, const hetab_rgl_source *source,
                                const hetab_rgl *rgl, hetab_rgl_report *report) {
@@ -144,8 +132,8 @@ typedef struct search {
   hetab_context *ctx;
   const hetab_rgl_source *source;
   double target;
-  double density[PROBES];
-  double intervals, cells;
+  double lobe[HETAB_RGL_MOST_NDF], density[PROBES];
+  double intervals, cells, width; /* of the lobe, at half height: of the axis of half vectors */
   hetab_rgl_shape shape;
   effort effort;
   hetab_rgl_trial trial;
@@ -203,7 +191,7 @@ static hetab_status try_shape(search *s, const hetab_rgl_shape *shape, int is_la
                                  .resolution = shape->resolution};
   hetab_rgl_free(s->best);
   place_incidences(s->density, shape->theta_i, theta_i);
-  HETAB_TRY(hetab_rgl_new(s->ctx, s->source, shape, theta_i, &s->best));
+  HETAB_TRY(hetab_rgl_new(s->ctx, s->source, shape, s->lobe, theta_i, &s->best));
   if (!is_last) {
     HETAB_TRY(hetab_rgl_fill_about(s->ctx, s->source, s->best, s->trial.theta_i[k]));
     hetab_rgl_trial_add(&s->trial, k, s->best, &s->report);
@@ -238,57 +226,54 @@ static hetab_status find_shape(search *s) {
 }
 
 static bool keeps(const search *s) {
-  return s->report.error_l1 <= s->target && fabs(s->report.bias) <= bias_share * s->target &&
+  return s->report.error_l1 <= s->target && fabs(s->report.bias) <= s->target / 3.0 &&
          s->report.error_grazing <= 0.1;
 }
 
 /* The shape that is given, 15 % larger k times. */
-static hetab_rgl_shape given_shape(const search *s, const hetab_rgl_options *options, int k) {
+static hetab_rgl_shape given_shape(const search *s, int k) {
   double larger = pow(1.15, k);
   hetab_rgl_shape shape = s->shape;
-  size_t theta_i = clamp_count((double)options->theta_i_count, LEAST_THETA_I, MOST_THETA_I);
-  size_t resolution = clamp_count((double)options->resolution, LEAST_RESOLUTION, MOST_RESOLUTION);
-  shape.theta_i = clamp_count(larger * (double)theta_i, LEAST_THETA_I, MOST_THETA_I);
-  shape.resolution = clamp_count(larger * (double)resolution, LEAST_RESOLUTION, MOST_RESOLUTION);
+  shape.theta_i = clamp_count(larger * (double)shape.theta_i, LEAST_THETA_I, MOST_THETA_I);
+  shape.resolution =
+      clamp_count(larger * (double)shape.resolution, LEAST_RESOLUTION, MOST_RESOLUTION);
   return shape;
 }
 
 /* The shape that is given, or the first of a few larger ones that keeps what is asked for; if none
  * does, the first whose L1 does; if none does, the largest. */
-static hetab_status try_given(search *s, const hetab_rgl_options *options) {
+static hetab_status try_given(search *s) {
   enum { TRIES = 4 };
   hetab_rgl_shape shape;
   int keeps_l1 = TRIES;
   for (int k = 0; k < TRIES; k++) {
-    shape = given_shape(s, options, k);
+    shape = given_shape(s, k);
     HETAB_TRY(try_shape(s, &shape, 1));
     if (keeps(s))
       return HETAB_OK;
     if (keeps_l1 == TRIES && s->report.error_l1 <= s->target)
       keeps_l1 = k;
   }
-  shape = given_shape(s, options, keeps_l1);
+  shape = given_shape(s, keeps_l1);
   return keeps_l1 < TRIES - 1 ? try_shape(s, &shape, 1) : HETAB_OK;
 }
 
 /* Nodes for the lobe: at least 4 over its half width. */
 static hetab_status choose_nodes(search *s) {
-  enum { FINE = 1024 };
-  double theta[FINE], density[FINE];
+  enum { FINE = 256 };
   size_t half = 1, nodes = 32;
-  for (size_t i = 0; i < FINE; i++)
-    theta[i] = hetab_rgl_u_to_theta((double)i / (FINE - 1));
-  HETAB_TRY(hetab_rgl_lobe_from_data(s->ctx, s->source, 0.0, theta, FINE, density));
-  while (half + 1 < FINE && density[half] > 0.5 * density[0])
+  HETAB_TRY(hetab_rgl_lobe_from_data(s->ctx, s->source, FINE, s->lobe));
+  while (half + 1 < FINE && s->lobe[half] > 0.5 * s->lobe[0])
     half++;
   while (nodes < HETAB_RGL_MOST_NODES && nodes * half < 4 * FINE)
     nodes *= 2;
+  s->width = (double)half / FINE;
   s->shape = (hetab_rgl_shape){.ndf = 4 * nodes, .vndf_theta = nodes, .vndf_phi = 16};
   return HETAB_OK;
 }
 
 /* How many nodes an error of 1 would take with this softness: of a table read at its own
- * incidences. With `trial`, the directions that candidates are judged at, drawn from it. */
+ * incidences. With `trial`, in place of that, the directions that candidates are judged at. */
 static hetab_status probe_cells(search *s, double soft, hetab_rgl_trial *trial, double *cells) {
   enum { SLICES = 6 };
   const double theta_deg[SLICES] = {0.0, 20.0, 40.0, 60.0, s->effort.last_deg, 90.0};
@@ -303,13 +288,17 @@ static hetab_status probe_cells(search *s, double soft, hetab_rgl_trial *trial, 
   shape.soft = soft;
   for (size_t k = 0; k < SLICES; k++)
     theta_i[k] = hetab_radians(theta_deg[k]);
-  HETAB_TRY(build_at(s->ctx, s->source, theta_i, &shape, &probe));
-  HETAB_GOTO(hetab_rgl_trial_at(s->ctx, s->source, probe, theta_i, SLICES - 1, s->effort.directions,
-                                &own));
-  hetab_rgl_trial_run(&own, probe, &report);
-  *cells = (double)(s->effort.cells - 1) * sqrt(report.error_l1);
+  HETAB_TRY(hetab_rgl_new(s->ctx, s->source, &shape, s->lobe, theta_i, &probe));
+  HETAB_GOTO(hetab_rgl_fill(s->ctx, s->source, probe));
   if (trial)
     HETAB_GOTO(hetab_rgl_trial_create(s->ctx, s->source, probe, 1, trial));
+  else
+    HETAB_GOTO(hetab_rgl_trial_at(s->ctx, s->source, probe, theta_i, SLICES - 1,
+                                  s->effort.directions, &own));
+  if (cells) {
+    hetab_rgl_trial_run(&own, probe, &report);
+    *cells = (double)(s->effort.cells - 1) * sqrt(report.error_l1);
+  }
 done:
   hetab_rgl_trial_clear(&own);
   hetab_rgl_free(probe);
@@ -332,10 +321,11 @@ static hetab_status choose_soft(search *s) {
 
 static hetab_status prepare(search *s) {
   HETAB_TRY(choose_nodes(s));
+  HETAB_TRY(hetab_rgl_lobe_from_data(s->ctx, s->source, s->shape.ndf, s->lobe));
   HETAB_TRY(choose_soft(s));
   hetab_rgl_shape slices = s->shape;
   slices.resolution = s->effort.slices;
-  HETAB_TRY(probe_density(s->ctx, s->source, slices, s->density));
+  HETAB_TRY(probe_density(s->ctx, s->source, slices, s->lobe, s->density));
   for (size_t k = 1; k < PROBES; k++)
     s->intervals += 0.5 * (s->density[k - 1] + s->density[k]) * M_PI_2 / (PROBES - 1);
   return HETAB_OK;
@@ -343,12 +333,30 @@ static hetab_status prepare(search *s) {
 
 /* ---- forecasts ----------------------------------------------------------------------------- */
 
+/* Wide lobes end at the horizon all round, where errors fall with less than the square of the
+ * nodes: more of them are left at usual resolutions. */
+static double cells_of(const search *s) {
+  return s->cells * (1.0 + 1.5 * fmax(s->width - 0.42, 0.0));
+}
+
 hetab_status hetab_rgl_forecast_make(hetab_context *ctx, const hetab_rgl_source *source,
                                      hetab_rgl_forecast *out) {
   search s = {.ctx = ctx, .source = source, .effort = forecasting};
-  hetab_status status = prepare(&s);
-  *out = (hetab_rgl_forecast){.intervals = s.intervals, .cells = s.cells, .nodes = s.shape};
-  return status;
+  double most = 1e-9;
+  HETAB_TRY(prepare(&s));
+  *out = (hetab_rgl_forecast){.intervals = s.intervals, .cells = cells_of(&s), .shape = s.shape};
+  for (size_t k = 0; k < PROBES; k++)
+    most = fmax(most, s.density[k]);
+  for (size_t k = 0; k < PROBES; k++)
+    out->density[k] = (unsigned char)lround(255.0 * s.density[k] / most);
+  return HETAB_OK;
+}
+
+static hetab_status prepare_given(search *s, const hetab_rgl_forecast *f) {
+  s->shape = f->shape;
+  for (size_t k = 0; k < PROBES; k++)
+    s->density[k] = (double)f->density[k];
+  return hetab_rgl_lobe_from_data(s->ctx, s->source, s->shape.ndf, s->lobe);
 }
 
 /* The worst incidence's error is about this of the part that incidences leave, and this of the part
@@ -361,7 +369,7 @@ hetab_status hetab_rgl_forecast_at(hetab_context *ctx, const hetab_rgl_forecast 
                                    const hetab_rgl_source *source, double table_error,
                                    hetab_rgl_report *out) {
   double sum = spare * table_error;
-  hetab_rgl_shape shape = f->nodes;
+  hetab_rgl_shape shape = f->shape;
   shape.theta_i = clamp_count(ceil(f->intervals * sqrt(3.0 * of_intervals / sum)) + 1.0,
                               LEAST_THETA_I, MOST_THETA_I);
   shape.resolution = clamp_count(ceil(f->cells * sqrt(1.5 * of_cells / sum)) + 1.0,
@@ -382,16 +390,16 @@ hetab_status hetab_rgl_build(hetab_context *ctx, const hetab_rgl_source *source,
   search s = {.ctx = ctx,
               .source = source,
               .target = options->table_error,
-              .effort = options->resolution ? forecasting : searching};
+              .effort = options->forecast ? forecasting : searching};
   hetab_status status;
   *out = NULL;
   if (s.target == 0.0)
     s.target = 0.01;
   if (!(s.target > 0.0 && s.target <= 1.0))
     return hetab_fail(ctx, HETAB_ERR_ARGUMENT, "table_error %g: give a value up to 1", s.target);
-  HETAB_GOTO(prepare(&s));
-  HETAB_GOTO(probe_cells(&s, s.shape.soft, &s.trial, &s.cells));
-  HETAB_GOTO(options->resolution ? try_given(&s, options) : find_shape(&s));
+  HETAB_GOTO(options->forecast ? prepare_given(&s, options->forecast) : prepare(&s));
+  HETAB_GOTO(probe_cells(&s, s.shape.soft, &s.trial, NULL));
+  HETAB_GOTO(options->forecast ? try_given(&s) : find_shape(&s));
 done:
   hetab_rgl_trial_clear(&s.trial);
   if (status != HETAB_OK) {

@@ -21,7 +21,8 @@ typedef struct hetab_rgl_source {
   void *user;
 } hetab_rgl_source;
 
-enum { HETAB_RGL_MOST_NODES = 256 }; /* of vndf over theta */
+/* Of vndf over theta; of ndf; incidences that a table's are placed by, every 2 degrees. */
+enum { HETAB_RGL_MOST_NODES = 256, HETAB_RGL_MOST_NDF = 1024, HETAB_RGL_PROBES = 46 };
 
 /* The sizes of a table's arrays; all at least 2. */
 typedef struct hetab_rgl_shape {
@@ -38,11 +39,12 @@ hetab_status hetab_rgl_build(hetab_context *ctx, const hetab_rgl_source *source,
                              const hetab_rgl_options *options, hetab_rgl **out,
                              hetab_rgl_report *report);
 
-/* What a table's shape needs, from small trials: about a fifth of the work of making it. */
+/* What a table's shape needs, from small trials, which a table that is made of it needs no more. */
 typedef struct hetab_rgl_forecast {
   double intervals, cells; /* incidences alone leave an error of (intervals / (theta_i - 1))^2,
                               nodes one of (cells / (resolution - 1))^2 */
-  hetab_rgl_shape nodes;   /* without theta_i and resolution */
+  hetab_rgl_shape shape;   /* theta_i and resolution are whoever's who plans */
+  unsigned char density[HETAB_RGL_PROBES]; /* of incidences, of the densest 255 */
 } hetab_rgl_forecast;
 
 hetab_status hetab_rgl_forecast_make(hetab_context *ctx, const hetab_rgl_source *source,
@@ -54,13 +56,12 @@ hetab_status hetab_rgl_forecast_at(hetab_context *ctx, const hetab_rgl_forecast 
                                    hetab_rgl_report *out);
 
 /* What the reader makes of any table, against the source (the same channels): fills the report's
- * errors. Directions are drawn half from the table's own sampler and half evenly. */
+ * errors. Directions are drawn half from the table's own sampler and half widely. */
 hetab_status hetab_rgl_measure(hetab_context *ctx, const hetab_rgl_source *source,
                                const hetab_rgl *rgl, hetab_rgl_report *report);
 
-/* The density D(theta_m) of half vectors that the source's lobe asks for, at theta_m[count]
- * (radians, ascending, 0 to pi/2): the mean, over several theta_d, of f cos(theta_i) cos(theta_r)
- * as a function of the half vector, each normalised; `soft` of it its root. > 0 everywhere. */
+/* The density D(theta_m) of half vectors that the source's lobe asks for, at the nodes of a table's
+ * ndf: the mean, over several theta_d, of f cos(theta_i) cos(theta_r) as a function of the half
+ * vector, each normalised. > 0 everywhere. */
 hetab_status hetab_rgl_lobe_from_data(hetab_context *ctx, const hetab_rgl_source *source,
-                                      double soft, const double *theta_m, size_t count,
-                                      double *density);
+                                      size_t count, double *density);

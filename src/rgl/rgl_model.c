@@ -194,7 +194,7 @@ done:
 static hetab_status check_spectrum(hetab_context *ctx, hetab_rgl_model *m) {
   const double allowed = 1e-4;
   double error;
-  HETAB_TRY(spectrum_error(ctx, m, 256, &error));
+  HETAB_TRY(spectrum_error(ctx, m, 128, &error));
   m->clamped = 0;
   if (error <= allowed)
     return HETAB_OK;

@@ -26,6 +26,10 @@ enum { THETA_D = sizeof theta_d_deg / sizeof *theta_d_deg };
 /* The part of the mixture that is uniform, so that no direction is without nodes. */
 static const double broad = 0.001;
 
+static double node_theta(size_t i, size_t count) {
+  return hetab_rgl_u_to_theta((double)i / (double)(count - 1));
+}
+
 /* The pair of half vector theta_h and difference (theta_d, 90 degrees): there both directions are
  * equally far from the normal, and above the horizon for any theta_h. */
 static hetab_directions pair_of(double theta_h, double theta_d) {
@@ -72,29 +76,15 @@ static double share(size_t d) {
   return 1.0 / cos(hetab_radians(theta_d_deg[d]));
 }
 
-/* A share of the density's root, which gives the foot of a narrow lobe upon a wide one its nodes.
- */
-static hetab_status soften(hetab_context *ctx, const double *theta_m, size_t count, double share,
-                           double *density) {
-  double *root = hetab_alloc(ctx, count, sizeof *root);
-  if (!root)
-    return HETAB_ERR_MEMORY;
-  for (size_t i = 0; i < count; i++)
-    root[i] = sqrt(density[i]);
-  double whole = projected(theta_m, density, count), roots = projected(theta_m, root, count);
-  for (size_t i = 0; i < count; i++)
-    density[i] = (1.0 - share) * density[i] / whole + share * root[i] / roots;
-  free(root);
-  return HETAB_OK;
-}
-
 hetab_status hetab_rgl_lobe_from_data(hetab_context *ctx, const hetab_rgl_source *source,
-                                      double soft, const double *theta_m, size_t count,
-                                      double *density) {
+                                      size_t count, double *density) {
+  double theta_m[HETAB_RGL_MOST_NDF];
   double *lobe = hetab_alloc(ctx, THETA_D * count, sizeof *lobe), shares = 0.0;
   hetab_status status = HETAB_ERR_MEMORY;
   if (!lobe)
     return status;
+  for (size_t i = 0; i < count; i++)
+    theta_m[i] = node_theta(i, count);
   HETAB_GOTO(lobes(ctx, source, theta_m, count, lobe));
   for (size_t i = 0; i < count; i++)
     density[i] = broad / M_PI;
@@ -105,7 +95,6 @@ hetab_status hetab_rgl_lobe_from_data(hetab_context *ctx, const hetab_rgl_source
     for (size_t i = 0; i < count && whole > 0.0; i++)
       density[i] += (1.0 - broad) * share(d) / shares * lobe[d * count + i] / whole;
   }
-  status = soften(ctx, theta_m, count, soft, density);
 done:
   free(lobe);
   return status;
@@ -158,36 +147,29 @@ static hetab_status allocate(hetab_context *ctx, const hetab_rgl_source *source,
 
 /* ---- ndf, sigma and vndf ------------------------------------------------------------------- */
 
-static double node_theta(size_t i, size_t count) {
-  return hetab_rgl_u_to_theta((double)i / (double)(count - 1));
-}
-
 static void set_both_rows(hetab_rgl_map *map, size_t x, double value) {
   map->nodes[x] = map->nodes[map->width + x] = (float)value;
 }
 
-static hetab_status fill_ndf(hetab_context *ctx, const hetab_rgl_source *source, double soft,
-                             hetab_rgl_map *ndf) {
-  hetab_status status;
-  double *theta = hetab_alloc(ctx, ndf->width, sizeof *theta);
-  double *density = hetab_alloc(ctx, ndf->width, sizeof *density), most = 0.0;
-  HETAB_GOTO(theta && density ? HETAB_OK : HETAB_ERR_MEMORY);
-  for (size_t x = 0; x < ndf->width; x++)
+/* A share of the lobe's root gives the foot of a narrow lobe upon a wide one its nodes. */
+static void fill_ndf(const double *lobe, double soft, hetab_rgl_map *ndf) {
+  double theta[HETAB_RGL_MOST_NDF], root[HETAB_RGL_MOST_NDF], density[HETAB_RGL_MOST_NDF];
+  double most = 0.0;
+  for (size_t x = 0; x < ndf->width; x++) {
     theta[x] = node_theta(x, ndf->width);
-  HETAB_GOTO(hetab_rgl_lobe_from_data(ctx, source, soft, theta, ndf->width, density));
-  for (size_t x = 0; x < ndf->width; x++)
+    root[x] = sqrt(lobe[x]);
+  }
+  double whole = projected(theta, lobe, ndf->width), roots = projected(theta, root, ndf->width);
+  for (size_t x = 0; x < ndf->width; x++) {
+    density[x] = (1.0 - soft) * lobe[x] / whole + soft * root[x] / roots;
     most = fmax(most, density[x]);
+  }
   for (size_t x = 0; x < ndf->width; x++)
     set_both_rows(ndf, x, fmax(density[x], 1e-6 * most));
-done:
-  free(theta);
-  free(density);
-  return status;
 }
 
-/* The integral over azimuths of max(0, wi . m). */
-static double facing(double theta_i, double theta_m) {
-  double a = sin(theta_i) * sin(theta_m), b = cos(theta_i) * cos(theta_m);
+/* The integral over azimuths of max(0, wi . m): a cosine of amplitude a about b. */
+static double facing(double a, double b) {
   if (b >= a)
     return 2.0 * M_PI * b;
   double end = acos(-b / a);
@@ -200,24 +182,36 @@ static float ndf_at(const hetab_rgl_map *ndf, double u_theta) {
   return hetab_cell_value(&cell, ndf->nodes, ndf->width);
 }
 
+enum { GAUSS = 3, MOST_FACETS = GAUSS * (HETAB_RGL_MOST_NDF - 1) };
+typedef struct facet {
+  double sine, cosine, weight;
+} facet;
+
 /* Of the stored ndf: Gauss's rule of three nodes in every cell. */
-static double projected_area(const hetab_rgl_map *ndf, double theta_i) {
-  static const double place[3] = {0.1127016653792583, 0.5, 0.8872983346207417};
-  static const double weight[3] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
-  double sum = 0.0, step = 1.0 / (double)(ndf->width - 1);
-  for (size_t x = 0; x + 1 < ndf->width; x++)
-    for (int g = 0; g < 3; g++) {
-      double u = ((double)x + place[g]) * step, theta = hetab_rgl_u_to_theta(u);
-      double density =
-          (1.0 - place[g]) * (double)ndf->nodes[x] + place[g] * (double)ndf->nodes[x + 1];
-      sum += weight[g] * density * facing(theta_i, theta) * sin(theta) * M_PI * u;
-    }
-  return sum * step;
+static size_t place_facets(const hetab_rgl_map *ndf, facet *out) {
+  static const double place[GAUSS] = {0.1127016653792583, 0.5, 0.8872983346207417};
+  static const double weight[GAUSS] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
+  double step = 1.0 / (double)(ndf->width - 1);
+  for (size_t i = 0; i < GAUSS * (ndf->width - 1); i++) {
+    size_t x = i / GAUSS, g = i % GAUSS;
+    double u = ((double)x + place[g]) * step, theta = hetab_rgl_u_to_theta(u);
+    double density =
+        (1.0 - place[g]) * (double)ndf->nodes[x] + place[g] * (double)ndf->nodes[x + 1];
+    out[i] = (facet){sin(theta), cos(theta), weight[g] * density * sin(theta) * M_PI * u * step};
+  }
+  return GAUSS * (ndf->width - 1);
 }
 
 static void fill_sigma(hetab_rgl *rgl) {
-  for (size_t x = 0; x < rgl->sigma.width; x++)
-    set_both_rows(&rgl->sigma, x, projected_area(&rgl->ndf, node_theta(x, rgl->sigma.width)));
+  facet facets[MOST_FACETS];
+  size_t count = place_facets(&rgl->ndf, facets);
+  for (size_t x = 0; x < rgl->sigma.width; x++) {
+    double theta_i = node_theta(x, rgl->sigma.width), sum = 0.0;
+    double sine = sin(theta_i), cosine = cos(theta_i);
+    for (size_t i = 0; i < count; i++)
+      sum += facets[i].weight * facing(sine * facets[i].sine, cosine * facets[i].cosine);
+    set_both_rows(&rgl->sigma, x, sum);
+  }
 }
 
 static void vndf_slice(const hetab_rgl *rgl, double theta_i, const hetab_rgl_shape *shape,
@@ -250,13 +244,14 @@ static hetab_status fill_vndf(hetab_context *ctx, const hetab_rgl_shape *shape,
 }
 
 hetab_status hetab_rgl_new(hetab_context *ctx, const hetab_rgl_source *source,
-                           const hetab_rgl_shape *shape, const double *theta_i, hetab_rgl **out) {
+                           const hetab_rgl_shape *shape, const double *lobe, const double *theta_i,
+                           hetab_rgl **out) {
   hetab_status status;
   hetab_rgl *rgl = *out = hetab_alloc(ctx, 1, sizeof *rgl);
   if (!rgl)
     return HETAB_ERR_MEMORY;
   HETAB_GOTO(allocate(ctx, source, shape, theta_i, rgl));
-  HETAB_GOTO(fill_ndf(ctx, source, shape->soft, &rgl->ndf));
+  fill_ndf(lobe, shape->soft, &rgl->ndf);
   fill_sigma(rgl);
   HETAB_GOTO(fill_vndf(ctx, shape, theta_i, rgl));
   return HETAB_OK;
@@ -375,14 +370,16 @@ double hetab_rgl_slice_theta(const hetab_rgl *rgl, size_t k) {
   return theta - 0.25 * (theta - before);
 }
 
-/* values[channels][resolution][resolution]: what goes into slice k. */
+/* values[channels][resolution][resolution]: what goes into slice k. Nothing that may be drawn
+ * weighs 0 there: a renderer's chi-square test would leave it out of its samples, not of the
+ * density. */
 static hetab_status fill_slice(hetab_context *ctx, const hetab_rgl_source *source, hetab_rgl *rgl,
                                size_t k, double *values) {
   size_t count = source->channels * rgl->resolution * rgl->resolution;
   hetab_blend own = {1, {k}, {1.0f}};
   HETAB_TRY(hetab_rgl_spectra_at(ctx, source, rgl, &own, hetab_rgl_slice_theta(rgl, k), values));
   for (size_t i = 0; i < count; i++)
-    rgl->spectra[k * count + i] = (float)values[i];
+    rgl->spectra[k * count + i] = fmaxf((float)values[i], 1e-30f);
   return HETAB_OK;
 }
 

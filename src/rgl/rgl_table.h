@@ -8,10 +8,11 @@
  * spectra, their mean. */
 double hetab_rgl_luminance(const hetab_rgl_source *source, const double *values, size_t stride);
 
-/* A table with everything but spectra and luminance: ndf (from hetab_rgl_lobe_from_data()), sigma,
- * and vndf for incidences theta_i[shape->theta_i], ascending, 0 to pi/2. */
+/* A table with everything but spectra and luminance: ndf, from lobe[shape->ndf], sigma, and vndf
+ * for incidences theta_i[shape->theta_i], ascending, 0 to pi/2. */
 hetab_status hetab_rgl_new(hetab_context *ctx, const hetab_rgl_source *source,
-                           const hetab_rgl_shape *shape, const double *theta_i, hetab_rgl **out);
+                           const hetab_rgl_shape *shape, const double *lobe, const double *theta_i,
+                           hetab_rgl **out);
 
 /* The spectra that a reader at theta_i should find at the nodes of a table: out[channels][n][n], n
  * = rgl->resolution, where `blend` is how it finds its way from nodes to half vectors. */

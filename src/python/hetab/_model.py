@@ -35,7 +35,7 @@ def evaluate(points: NDArray, *, literal: bool = False, precision: str = "double
     lambda_um, theta_i, theta_r, phi in radians, sigma0_um, tau_um, n, k, diffuse_brdf in 1/sr).
 
     Returns an array of the points' shape with fields dd, ud and total = dd + ud (BRDF, 1/sr),
-    specular (the delta's reflectance rho_s), g and x. Error: 1e-10 relative in double, 1e-5 with
+    specular (the delta's reflectance rho_s), g and x. Error: 1e-12 relative in double, 1e-5 with
     precision="float" (include/hetab/evaluate.h). literal: the printed equations, on the host."""
     points = numpy.ascontiguousarray(points, dtype=POINT)
     values = numpy.empty(points.shape, VALUE)
