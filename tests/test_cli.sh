@@ -452,7 +452,7 @@ printf '\0\0\0\0\0\0\370\177' | dd of=judged/broken.binary bs=1 seek=$((12 + 8 *
 audits "audit: a NaN" 3 judged/broken.binary
 check "audit: the NaN is located" has 'FAIL finite +1 1 NaN and 0 infinite'
 head -c 1000000 judged/t.binary >judged/short.binary
-refuses "audit: truncated" 1 "'judged/short.binary' is truncated" audit judged/short.binary
+refuses "audit: truncated" 1 "'judged/short.binary' has 1000000 bytes" audit judged/short.binary
 cp judged/broken.binary judged/before.binary
 audits "audit: repair" 0 judged/broken.binary --repair judged/mended.binary --scale-energy
 check "audit: repair reports" has 'mended.binary: repaired: of [0-9]+ entries 1 replaced'
@@ -504,7 +504,7 @@ echo a,b >judged/data.csv
 refuses "audit: no table" 1 "'judged/data.csv' is no table" audit judged/data.csv
 refuses "audit: RGL is not repaired" 1 "convert it to HDF5" audit judged/b.bsdf --repair judged/n.bsdf
 refuses "audit: a directory" 1 "judged" audit judged
-audits "audit: noise" 3 judged/noise.h5
+refuses "audit: noise" 1 "'judged/noise.h5' is not an HDF5 file" audit judged/noise.h5
 check "audit: nothing overwritten" test "$(cat judged/old.html judged/old.binary)" = \
   $'precious\nprecious' -a ! -e judged/n.h5 -a ! -e judged/n.binary
 

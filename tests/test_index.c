@@ -312,6 +312,7 @@ static void test_bad_csv(void **state) {
   static const bad_file files[] = {
       {"a.csv", "", {"a.csv:1", "empty", "wavelength_nm,n,k"}},
       {"a.csv", "# only\n\n", {"a.csv:2", "empty"}},
+      {"a.csv", "wl,n\n40,2\n41,2\n\nwl,k\n0.4,0\n0.5,0\n", {"a.csv:7", "share no wavelength"}},
       {"a.csv", "400,1,2\n", {"a.csv:1", "no header", "wavelength_nm,n,k"}},
       {"a.csv", "wavelength,n,k\n", {"a.csv:1", "column 'wavelength'", "wavelength_nm"}},
       {"a.csv", "wl (eV),n,k\n", {"a.csv:1", "column 'wl (eV)'", "unit"}},

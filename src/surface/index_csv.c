@@ -92,7 +92,11 @@ static hetab_status read_tables(hetab_csv *csv, table *t, hetab_index *index) {
     HETAB_TRY(hetab_csv_names(csv, csv->content, wanted, COLUMNS));
     HETAB_TRY(read_table(csv, t, index));
   }
-  return HETAB_OK;
+  double min_um, max_um;
+  hetab_index_range(index, &min_um, &max_um);
+  return min_um <= max_um
+             ? HETAB_OK
+             : hetab_csv_fail(csv, "n and k share no wavelength: give overlapping ranges");
 }
 
 hetab_status hetab_index_read_csv(hetab_context *ctx, const char *path, hetab_index *index) {

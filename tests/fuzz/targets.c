@@ -163,8 +163,7 @@ static void run_measurements(const uint8_t *data, size_t size, const char *path)
       PROMISE(hetab_measurements_lambda_um(m)[i] >= 0.01 &&
               hetab_measurements_lambda_um(m)[i] <= 100.0);
     for (size_t i = 0; i < bands * pairs; i++)
-      PROMISE(isnan(hetab_measurements_values(m)[i]) ||
-              (hetab_measurements_values(m)[i] >= 0.0 && hetab_measurements_values(m)[i] <= 1e12));
+      PROMISE(!(fabs(hetab_measurements_values(m)[i]) > 1e12)); /* NaN: missing */
   }
   hetab_measurements_free(m);
 }
