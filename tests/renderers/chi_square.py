@@ -24,7 +24,8 @@ SIGNIFICANCE = 0.01  # of all tests of a run together
 CELLS = (50, 101)    # around and away from the mirror direction: ChiSquareTest's defaults
 POOL = 5             # samples that a cell has to expect
 SAMPLES = {"scalar": 100_000, "llvm": 1_000_000}
-NODES = {"scalar": (4, 16), "llvm": 32}  # of the density in a cell, per axis; scalar: empty, others
+# Of the density in a cell, per axis; scalar: empty cells, others, those of which only a sliver is lit.
+NODES = {"scalar": (4, 16, 128), "llvm": 32}
 
 
 def directions():
@@ -71,14 +72,16 @@ class Cells:
         w, angle = self.direction(u.ravel(), v.ravel())
         above, values = w[:, 2] > 0, numpy.zeros(len(w))
         values[above] = density(w[above]) * angle[above]
-        return values.reshape(len(cells), -1).mean(axis=1) / (CELLS[0] * CELLS[1])
+        return values.reshape(len(cells), nodes * nodes).mean(axis=1) / (CELLS[0] * CELLS[1])
 
 
 def expectation(cells, density, observed):
-    few, many = NODES["scalar"]
+    few, many, at_horizon = NODES["scalar"]
     expected = cells.integrals(density, numpy.arange(len(observed)), few)
     occupied = numpy.flatnonzero((expected * SAMPLES["scalar"] > 0.02) | (observed > 0))
     expected[occupied] = cells.integrals(density, occupied, many)
+    missed = numpy.flatnonzero((expected == 0) & (observed > 0))  # cells that the horizon nearly covers
+    expected[missed] = cells.integrals(density, missed, at_horizon)
     return expected * SAMPLES["scalar"]
 
 
