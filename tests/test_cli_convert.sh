@@ -104,6 +104,13 @@ works "the grid proposed" convert a.binary finer.h5 --json $grid
 check "holds it" json "d['error_l1'] < 0.053 and d['proposed'] == [0, 0, 0]"
 check "which is finer" test "${grid##*:}" -gt 31
 
+# Where its delta is subnormal, the ratio to the next incidence's overflows.
+faint="--theta-i 0:80:3 --theta-r 0:80:3 --phi 0:180:5"
+# shellcheck disable=SC2086 # options
+works "a faint delta" tabulate BBQAL2 --method literal --samples 0 -q -o faint.h5 $faint
+# shellcheck disable=SC2086
+works "stays finite" convert faint.h5 kept.h5 -q --pairs 20 $faint
+
 head -c 100000 a.binary >short.binary
 head -c 3000 a.bsdf >short.bsdf
 head -c 20000 a.h5 >short.h5

@@ -774,7 +774,7 @@ static void cover(hetab_context *ctx, hetab_engine *engine, truth t, hetab_fit_w
   assert_in_range(diffuses, (size_t)ceil(n * (0.92 - spread)), trials);
 }
 
-/* Of a metal, then of a paint, 5 % noise. HETAB_TRIALS=250 is the study (`make coverage`). */
+/* Of a metal, then of a paint, 5 % noise. HETAB_TRIALS=1000 is the study (`make coverage`). */
 static void test_coverage(void **state) {
   hetab_context *ctx = *state;
   hetab_engine *engine = series_engine(ctx);

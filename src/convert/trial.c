@@ -105,9 +105,7 @@ static hetab_status even_grid(hetab_context *ctx, const size_t *nodes, hetab_gri
     snprintf(spec, sizeof spec, "0:%d:%zu", axis == HETAB_PHI ? 180 : 90, nodes[axis]);
     status = hetab_grid_set_axis(ctx, *out, axis, spec);
   }
-  if (status != HETAB_OK)
-    hetab_grid_free(*out);
-  return status;
+  HETAB_MADE(hetab_grid, out, status);
 }
 
 /* The first of ever finer grids that serves. */
