@@ -142,7 +142,8 @@ typedef struct hetab_fit_estimate {
   hetab_fit_quantity quantity;
   double lambda_um; /* of DIFFUSE at one wavelength; 0: all */
   double value, low, high;
-  double bootstrap_low, bootstrap_high; /* NaN without bootstrap */
+  /* 95 % of the resamplings, as far beyond them as few pairs ask for; NaN without bootstrap */
+  double bootstrap_low, bootstrap_high;
   hetab_fit_end end;
   int undetermined; /* the data do not fix it: the interval spans more than a factor of 2.7 (a:
                      * more than 0.5) or the curvature is singular */

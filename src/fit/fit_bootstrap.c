@@ -5,6 +5,8 @@
 
 #include "core/number.h"
 #include "core/random.h"
+#include "core/scope.h"
+#include "core/student.h"
 #include "fit/fit_curvature.h"
 
 enum { BOOTSTRAP_STEPS = 3 };
@@ -98,21 +100,36 @@ static double quantile(const double *sorted, size_t count, double part) {
   return below + 1 < count ? (1 - over) * sorted[below] + over * sorted[below + 1] : sorted[below];
 }
 
+/* Resamplings of few pairs spread too little, by what Student's quantile has over the normal one:
+ * a resampling's value is moved away from the best so. */
+static double stretched(const hetab_fit_estimate *e, double value, double stretch) {
+  if (e->quantity == HETAB_FIT_DIFFUSE)
+    return fmax(e->value + stretch * (value - e->value), 0);
+  return e->value > 0 && value > 0 ? e->value * pow(value / e->value, stretch) : value;
+}
+
 hetab_status hetab_fit_bootstrap(hetab_fit_curvature *c, hetab_fit *fit) {
   hetab_fit_problem *p = c->p;
   resampling r = {.c = c, .samples = p->options.bootstrap, .random = p->options.seed ^ 0x5bd1e995};
+  HETAB_FREED double *stretch = hetab_alloc(p->ctx, fit->estimate_count, sizeof *stretch);
   hetab_status status;
   HETAB_GOTO(hetab_fit_state_create(p, &r.state));
   r.times = hetab_alloc(p->ctx, p->data.count, sizeof *r.times);
   r.values = hetab_alloc(p->ctx, fit->estimate_count, r.samples * sizeof *r.values);
-  HETAB_GOTO(r.times && r.values ? HETAB_OK : HETAB_ERR_MEMORY);
+  HETAB_GOTO(r.times && r.values && stretch ? HETAB_OK : HETAB_ERR_MEMORY);
+  for (size_t e = 0, group = 0; e < fit->estimate_count; e++) {
+    hetab_fit_quantity quantity = fit->estimates[e].quantity;
+    stretch[e] = hetab_fit_quantile(c, quantity, group) / hetab_student_95(HUGE_VAL);
+    group += quantity == HETAB_FIT_DIFFUSE;
+  }
   for (size_t s = 0; s < r.samples; s++)
     HETAB_GOTO(resample(&r, s));
   for (size_t e = 0; e < fit->estimate_count; e++) {
     double *values = &r.values[e * r.samples];
     hetab_sort(values, r.samples);
-    fit->estimates[e].bootstrap_low = quantile(values, r.samples, 0.025);
-    fit->estimates[e].bootstrap_high = quantile(values, r.samples, 0.975);
+    hetab_fit_estimate *of = &fit->estimates[e];
+    of->bootstrap_low = stretched(of, quantile(values, r.samples, 0.025), stretch[e]);
+    of->bootstrap_high = stretched(of, quantile(values, r.samples, 0.975), stretch[e]);
   }
   fit->bootstrap_count = r.samples;
 done:

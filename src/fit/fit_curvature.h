@@ -54,6 +54,10 @@ double hetab_fit_freedom(const hetab_fit_curvature *c);
  * few to take a variance from. */
 double hetab_fit_freedom_along(const hetab_fit_curvature *c, const double *direction);
 
+/* Half the width of a quantity's 95 % interval, in standard errors: Student's, of the pairs that
+ * say something of it; of a group's diffuse part. */
+double hetab_fit_quantile(const hetab_fit_curvature *c, hetab_fit_quantity quantity, size_t group);
+
 /* Widens the estimates' intervals where the profile says so (fit_profile.c). */
 hetab_status hetab_fit_check_profiles(hetab_fit_curvature *c, hetab_fit *fit);
 

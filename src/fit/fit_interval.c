@@ -30,12 +30,12 @@ static double log_error(const hetab_fit_curvature *c, hetab_fit_quantity quantit
   return sqrt(fmax(variance, 0));
 }
 
-/* Half the interval's width, in standard errors; `direction` is of the room in scratch's second
- * half. */
-static double quantile(const hetab_fit_curvature *c, hetab_fit_quantity quantity) {
-  double *direction = &c->scratch[c->size];
+double hetab_fit_quantile(const hetab_fit_curvature *c, hetab_fit_quantity quantity, size_t group) {
+  double *direction = &c->scratch[c->size]; /* of the room in its second half */
   memset(direction, 0, c->size * sizeof *direction);
-  for (size_t m = 0; m < c->moving; m++)
+  if (quantity == HETAB_FIT_DIFFUSE && c->column[group] < c->size)
+    direction[c->column[group]] = 1;
+  for (size_t m = 0; m < c->moving && quantity != HETAB_FIT_DIFFUSE; m++)
     direction[m] = follows_moving(c, quantity, m);
   return hetab_student_95(hetab_fit_freedom_along(c, direction));
 }
@@ -68,7 +68,7 @@ static double reach(const hetab_fit_curvature *c, hetab_fit_quantity quantity, i
 static void estimate_quantity(const hetab_fit_curvature *c, hetab_fit_quantity quantity,
                               hetab_fit_estimate *e) {
   const hetab_fit_parameter *o = &c->p->options.parameters[quantity];
-  double error = quantile(c, quantity) * log_error(c, quantity);
+  double error = hetab_fit_quantile(c, quantity, 0) * log_error(c, quantity);
   *e = (hetab_fit_estimate){.quantity = quantity, .value = c->best->value[quantity]};
   e->end = end_of(c, quantity);
   e->undetermined = !(error <= HETAB_FIT_WIDE) || is_singular(c, quantity);

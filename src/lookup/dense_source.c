@@ -85,7 +85,9 @@ static void add_plane(const hetab_dense_source *d, size_t i, double weight, cons
   for (int a = 0; a < theta.count; a++)
     for (int b = 0; b < phi.count; b++) {
       size_t node = node_of(d, i, theta.first + (size_t)a, phi.first + (size_t)b);
-      s->row[s->count] = d->codes + node * d->stride;
+      const uint16_t *row = s->row[s->count] = d->codes + node * d->stride;
+      __builtin_prefetch(row); /* rows lie far apart: they come while others are found */
+      __builtin_prefetch(row + d->stride - 1);
       s->weight[s->count++] = (float)(weight * theta.weight[a] * phi.weight[b]);
     }
   s->low += weight * d->row_low[i];
