@@ -129,9 +129,23 @@ INLINE void edge_weights(const block *b, int l, float weight[4]) {
   weight[3] = h * d;
 }
 
+/* Asks for what a lane of the next block will read, if there is one: it comes while this block is
+ * computed. */
+INLINE void ask(const hetab_lattice *lattice, const block *next, int l) {
+  static const int edge[4] = {0, EDGE_D, EDGE_H, EDGE_H + EDGE_D};
+  for (int e = 0; next && e < 4; e++) {
+    const uint16_t *node = lattice->codes + (size_t)(next->node[l] + edge[e]) * lattice->stride;
+    __builtin_prefetch(node);
+    if (lattice->stride > 4)
+      __builtin_prefetch(node + lattice->stride);
+  }
+}
+
 /* Codes of up to four channels: both ends of an edge in one load. */
-INLINE void gather_few(const hetab_lattice *lattice, const block *b, int lanes, float *out) {
+INLINE void gather_few(const hetab_lattice *lattice, const block *b, const block *next, int lanes,
+                       float *out) {
   for (int l = 0; l < lanes; l++) {
+    ask(lattice, next, l);
     const uint16_t *corner = lattice->codes + (size_t)b->node[l] * 4;
     const uint16_t *edge[4] = {corner, corner + 4 * EDGE_D, corner + 4 * EDGE_H,
                                corner + 4 * (EDGE_H + EDGE_D)};
@@ -164,14 +178,14 @@ INLINE void gather_wide(const uint16_t *corner, size_t stride, const float weigh
   *out = sum;
 }
 
-INLINE void eval_few(const hetab_lattice *lattice, const block *b, int lanes, size_t count,
-                     float *value) {
+INLINE void eval_few(const hetab_lattice *lattice, const block *b, const block *next, int lanes,
+                     size_t count, float *value) {
   size_t channels = lattice->channels;
   union {
     float each[BLOCK * 4];
     floats8 eight[BLOCK / 2];
   } all = {{0}};
-  gather_few(lattice, b, lanes, all.each);
+  gather_few(lattice, b, next, lanes, all.each);
   for (int l = 0; l < lanes; l += 2)
     decode(lattice, &all.eight[l / 2]);
   for (size_t l = 0; l < count; l++)
@@ -253,21 +267,20 @@ INLINE void eval_places(const hetab_lattice *lattice, const block *b, int l,
 }
 
 /* The next row overwrites what is too much of a row. */
-INLINE void eval_wide(const hetab_lattice *lattice, const block *b, size_t count, float *value) {
-  for (size_t l = 0; l < count; l++)
+INLINE void eval_wide(const hetab_lattice *lattice, const block *b, const block *next, size_t count,
+                      float *value) {
+  for (size_t l = 0; l < count; l++) {
+    ask(lattice, next, (int)l);
     eval_row(lattice, b, (int)l, l + 1 < count, value + l * lattice->channels);
+  }
 }
 
-/* Asks for what eval_* will read. */
-INLINE void prefetch(const hetab_lattice *lattice, const block *b, int lanes) {
-  static const int edge[4] = {0, EDGE_D, EDGE_H, EDGE_H + EDGE_D};
-  for (int l = 0; l < lanes; l++)
-    for (int e = 0; e < 4; e++) {
-      const uint16_t *node = lattice->codes + (size_t)(b->node[l] + edge[e]) * lattice->stride;
-      __builtin_prefetch(node);
-      if (lattice->stride > 4)
-        __builtin_prefetch(node + lattice->stride);
-    }
+INLINE void eval_paths(const hetab_lattice *lattice, const block *b, const block *next,
+                       size_t count, const hetab_band_places *places, size_t width, float *value) {
+  for (size_t l = 0; l < count; l++) {
+    ask(lattice, next, (int)l);
+    eval_places(lattice, b, (int)l, &places[l], value + l * width);
+  }
 }
 
 /* Lanes without a pair repeat the last one. */
@@ -281,35 +294,42 @@ INLINE void load(size_t count, int lanes, const float (*wi)[3], const float (*wo
   }
 }
 
-INLINE void eval_block(const hetab_lattice *lattice, size_t count, int lanes, const float (*wi)[3],
-                       const float (*wo)[3], const hetab_band_places *places, size_t width,
-                       float *value) {
+INLINE void locate_some(size_t count, int lanes, const float (*wi)[3], const float (*wo)[3],
+                        block *b) {
   pairs p;
-  block b;
-  load(count, lanes, wi, wo, &p);
-  locate(&p, lanes, &b);
-  if (lanes > 1)
-    prefetch(lattice, &b, lanes);
+  load(count < BLOCK ? count : BLOCK, lanes, wi, wo, &p);
+  locate(&p, lanes, b);
+}
+
+INLINE void eval_block(const hetab_lattice *lattice, const block *b, const block *next,
+                       size_t count, int lanes, const hetab_band_places *places, size_t width,
+                       float *value) {
   if (places)
-    for (size_t l = 0; l < count; l++)
-      eval_places(lattice, &b, (int)l, &places[l], value + l * width);
+    eval_paths(lattice, b, next, count, places, width, value);
   else if (lattice->stride == 4)
-    eval_few(lattice, &b, lanes, count, value);
+    eval_few(lattice, b, next, lanes, count, value);
   else
-    eval_wide(lattice, &b, count, value);
+    eval_wide(lattice, b, next, count, value);
 }
 
 INLINE void eval_all(const hetab_lattice *lattice, size_t count, const float (*wi)[3],
                      const float (*wo)[3], const hetab_band_places *places, size_t width,
                      float *value) {
+  block both[2];
   if (count == 1) {
-    eval_block(lattice, 1, 1, wi, wo, places, width, value);
+    locate_some(1, 1, wi, wo, both);
+    eval_block(lattice, both, NULL, 1, 1, places, width, value);
     return;
   }
   for (size_t first = 0; first < count; first += BLOCK) {
-    size_t left = count - first < BLOCK ? count - first : BLOCK;
-    eval_block(lattice, left, BLOCK, wi + first, wo + first, places ? places + first : NULL, width,
-               value + first * width);
+    block *b = &both[first / BLOCK % 2], *next = &both[1 - first / BLOCK % 2];
+    size_t left = count - first;
+    if (first == 0)
+      locate_some(left, BLOCK, wi, wo, b);
+    if (left > BLOCK)
+      locate_some(left - BLOCK, BLOCK, wi + first + BLOCK, wo + first + BLOCK, next);
+    eval_block(lattice, b, left > BLOCK ? next : NULL, left < BLOCK ? left : BLOCK, BLOCK,
+               places ? places + first : NULL, width, value + first * width);
   }
 }
 

@@ -16,11 +16,12 @@
 #include "table/specular.h"
 #include "table/table_format.h"
 
-enum { BLOCK = 64 }; /* pairs that are dealt with together */
+enum { BLOCK = 128 }; /* pairs that are dealt with together */
 
 struct hetab_lookup {
   size_t channels;
   double *lambda_um; /* NULL: linear sRGB */
+  hetab_band_axis axis;
   hetab_lattice lattice;
   hetab_merl *merl;         /* looked up by cell */
   hetab_dense_source dense; /* looked up by node */
@@ -49,8 +50,7 @@ static size_t width_of(const hetab_lookup *table, const hetab_lookup_query *quer
 static void places_of(const hetab_lookup *table, const hetab_lookup_query *query, size_t path,
                       size_t first, hetab_band_places *places) {
   size_t left = query->lambda_count - first;
-  hetab_band_places_of(table->lambda_um, table->channels,
-                       query->lambda_um + path * query->lambda_count + first,
+  hetab_band_places_of(&table->axis, query->lambda_um + path * query->lambda_count + first,
                        left < HETAB_BANDS_AT_ONCE ? left : HETAB_BANDS_AT_ONCE, places);
 }
 
@@ -89,7 +89,8 @@ static void eval_block(const hetab_lookup *table, const hetab_lookup_query *quer
     eval_at(table, count, wi, wo, NULL, width, value, pdf);
     return;
   }
-  memset(value, 0, count * width * sizeof *value);
+  if (!table->lambda_um)
+    memset(value, 0, count * width * sizeof *value);
   for (size_t first = 0; first < width && table->lambda_um; first += HETAB_BANDS_AT_ONCE) {
     for (size_t i = 0; i < count; i++)
       places_of(table, query, path + i, first, &places[i]);
@@ -197,6 +198,7 @@ static hetab_status copy_wavelengths(hetab_context *ctx, const double *lambda_um
   table->lambda_um = hetab_alloc(ctx, table->channels, sizeof *table->lambda_um);
   HETAB_NEED(table->lambda_um);
   memcpy(table->lambda_um, lambda_um, table->channels * sizeof *lambda_um);
+  table->axis = hetab_band_axis_of(table->lambda_um, table->channels);
   return HETAB_OK;
 }
 

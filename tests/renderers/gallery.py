@@ -19,8 +19,8 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from PIL import Image
 
-WIDTH, HEIGHT, PNG_WIDTH = 1600, 620, 1060
-PASSES, SAMPLES = 24, 16
+WIDTH, HEIGHT = 1600, 600
+PASSES, SAMPLES = 4, 64
 SPACING = 2.45                   # between the centres of spheres of radius 1
 EXPOSURE, SHOULDER = 1.1, 0.4
 LABEL_SPACING = 0.194             # of the picture's width
@@ -51,8 +51,8 @@ def studio():
                                                    up=[0, 1, 0]),
                    "film": {"type": "hdrfilm", "width": WIDTH, "height": HEIGHT,
                             "rfilter": {"type": "gaussian"}, "component_format": "float32"},
-                   "sampler": {"type": "independent", "sample_count": SAMPLES}},
-        "air": {"type": "constant", "radiance": {"type": "rgb", "value": [0.010, 0.012, 0.016]}},
+                   "sampler": {"type": "multijitter", "sample_count": SAMPLES}},
+        "air": {"type": "constant", "radiance": {"type": "rgb", "value": [0.30, 0.34, 0.40]}},
         "rim": softbox([11, 5, -6], [0, 1, 0], 2.0, 9, [4.2, 5.8, 8.6]),
         "top": softbox([0, 8.5, -7], [0, 0, 0], 18, 1.4, [3.6, 3.7, 3.9]),
         "fill": softbox([10, 3, 16], [0, 1, 0], 5, 9, [0.42, 0.44, 0.5]),
@@ -60,7 +60,7 @@ def studio():
         "floor": {"type": "rectangle",
                   "to_world": transform().rotate([1, 0, 0], -90) @ transform().scale([90, 90, 1]),
                   "bsdf": {"type": "roughplastic", "alpha": 0.14, "distribution": "ggx",
-                           "diffuse_reflectance": {"type": "rgb", "value": [0.010, 0.011, 0.013]}}},
+                           "diffuse_reflectance": {"type": "rgb", "value": [0.16, 0.16, 0.17]}}},
     }
 
 
@@ -95,19 +95,17 @@ def label(picture, abouts, path):
     axes.axis("off")
     for k, about in enumerate(abouts):
         x = width * (0.5 + (k - (len(abouts) - 1) / 2) * LABEL_SPACING)
-        axes.text(x, 0.86 * height, about["name"], color="0.92", fontsize=12, ha="center",
+        axes.text(x, 0.86 * height, about["name"], color="0.92", fontsize=18, ha="center",
                   weight="bold")
         axes.text(x, 0.925 * height, rf"$\sigma_0$ {about['sigma0_um']:g} µm   $\tau$ "
-                  rf"{about['tau_um']:g} µm", color="0.66", fontsize=10, ha="center")
+                  rf"{about['tau_um']:g} µm", color="0.66", fontsize=15, ha="center")
     figure.savefig(path)
     Image.open(path).convert("RGB").save(path, optimize=True)
 
 
 def write(linear, abouts, output):
-    whole = mi.Bitmap(linear.astype("f4"))
-    whole.write(os.path.join(output, "spheres.exr"))
-    small = numpy.array(whole.resample([PNG_WIDTH, PNG_WIDTH * HEIGHT // WIDTH]))
-    label(tone(small), abouts, os.path.join(output, "spheres.png"))
+    mi.Bitmap(linear.astype("f4")).write(os.path.join(output, "spheres.exr"))
+    label(tone(linear), abouts, os.path.join(output, "spheres.png"))
 
 
 def main():
