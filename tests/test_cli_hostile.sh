@@ -229,7 +229,7 @@ works "predict, perturbed" predict -q BBQAL2 --measurements good.h5 --non-unifor
 works "tabulate, perturbed" tabulate -q -f BBQAL2 -o perturbed.h5 -o perturbed.exr $small
 program=$plain
 
-# JSON for which memory runs out: the allocations of jansson fail from the N-th on.
+# JSON for which memory runs out: the N-th allocation of jansson fails.
 cat >json.c <<'END'
 #define _GNU_SOURCE
 #include <dlfcn.h>
@@ -239,14 +239,14 @@ typedef void set_fn(void *(*)(size_t), void (*)(void *));
 extern void *__libc_malloc(size_t);
 static void *(*target)(size_t) = malloc;
 static __thread int failing;
-static long count, from;
+static long count, fail_at;
 
 void *malloc(size_t size) {
   return failing ? NULL : __libc_malloc(size);
 }
 
 static void *counted(size_t size) {
-  failing = ++count >= from;
+  failing = ++count == fail_at;
   void *memory = target(size);
   failing = 0;
   return memory;
@@ -257,17 +257,17 @@ void json_set_alloc_funcs(void *(*get)(size_t), void (*release)(void *)) {
 }
 
 static void __attribute__((constructor)) begin(void) {
-  from = atol(getenv("FAIL_FROM"));
+  fail_at = atol(getenv("FAIL_AT"));
   ((set_fn *)dlsym(RTLD_NEXT, "json_set_alloc_funcs"))(counted, free);
 }
 END
-# json_fails N ARGUMENT...: no JSON, but a line, wherever up to the N-th allocation memory runs out.
+# json_fails N ARGUMENT...: a line, whichever allocation up to the N-th fails.
 json_fails() {
-  local most=$1 from
+  local most=$1 at
   shift
-  for from in 1 2 $((most / 2)) "$most"; do
-    FAIL_FROM=$from LD_PRELOAD=$work/json.so "$program" "$@" --json >out 2>err
-    one_line "$* --json, allocation $from" $? 1 "out of memory"
+  for at in 1 $((most / 3)) $((most / 2)) "$most"; do
+    FAIL_AT=$at LD_PRELOAD=$work/json.so "$program" "$@" --json >out 2>err
+    one_line "$* --json, allocation $at" $? 1 "out of memory"
   done
 }
 if [ -n "${ASAN_OPTIONS:-}" ]; then
