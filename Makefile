@@ -301,6 +301,9 @@ $(BUILD)/tests/exr_readback: tests/exr_readback.cc
 	@mkdir -p $(@D)
 	$(CXX) -std=c++17 -O2 -Wall -Wextra -o $@ $< -ltinyexr
 
+# NAN and INFINITY are floats, which clang minds where a double is meant, and gcc does not.
+$(TEST_OBJECTS): WARNINGS += $(if $(findstring clang,$(CC)),-Wno-double-promotion)
+
 .SECONDARY: $(TEST_OBJECTS)
 
 -include $(LIB_OBJECTS:.o=.d) $(CLI_OBJECTS:.o=.d) $(TEST_OBJECTS:.o=.d) $(TEST_COMMON_OBJECTS:.o=.d)

@@ -205,7 +205,7 @@ void assert_below(const char *what, double measured, double bound) {
 
 int run_again(const char *argument, const char *const *settings) {
   char path[] = "/proc/self/exe", text[256];
-  int status;
+  int status = 0;
   fflush(NULL);
   pid_t child = fork();
   if (child == 0) {

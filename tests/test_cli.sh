@@ -58,6 +58,23 @@ OCL_ICD_VENDORS=$work/no-vendors/ "$program" devices >out 2>err
 one_line "no device" $? 1 "pocl-opencl-icd"
 OCL_ICD_VENDORS=$work/no-vendors/ "$program" tabulate BBQAL2 -o none.h5 >out 2>err
 one_line "tabulate without a device" $? 1 "pocl-opencl-icd"
+echo libnothing.so.9 >no-vendors/gone.icd
+OCL_ICD_VENDORS=$work/no-vendors/gone.icd "$program" devices >out 2>err
+one_line "a driver without its library" $? 1 "no-vendors/gone.icd' is there but does not start: libnothing.so.9"
+rm no-vendors/gone.icd
+POCL_CACHE_DIR=/proc/nowhere "$program" devices >out 2>err
+status=$?
+if [ $status = 0 ]; then
+  skip "a driver without its cache folder: the first is not PoCL"
+else
+  one_line "a driver without its cache folder" $status 1 "a driver is there but offers none: .*POCL_CACHE_DIR"
+fi
+if [ -n "${ASAN_OPTIONS:-}" ]; then
+  skip "a driver in little memory: AddressSanitizer takes terabytes of addresses"
+else
+  (ulimit -v 150000 && "$program" tabulate BBQAL2 -o none.h5 >out 2>err)
+  one_line "a driver in little memory" $? 1 "is there but does not start: .*ulimit -v"
+fi
 export OCL_ICD_VENDORS=$work/no-vendors/
 works "literal needs no device" tabulate BBQAL2 $small -o hostonly.h5 --method literal
 unset OCL_ICD_VENDORS
@@ -519,6 +536,15 @@ if command -v script >/dev/null; then
   check "progress is cleared" test "$(tail -c 4 out)" = $'\r\033[K'
   script -qec "'$program' tabulate BBQAL2 -o pty.h5 --force --quiet" /dev/null >out 2>&1 </dev/null
   check "quiet on a terminal" test ! -s out
+  printf 'name: "a\\e[31m\\u009b5m\\u00b5b"\nsigma0_um: 0.54\ntau_um: 6.5\nindex: Al\n' >escape.yml
+  mkdir $'esc\e[31m'
+  cp escape.yml $'esc\e[31m/s.yml'
+  for command in "surfaces --as beckmann escape.yml" "tabulate escape.yml -o pty.h5 --samples 0 --force" \
+    "audit esc*/s.yml" "reflectance escape.yml" "predict escape.yml --json" "surfaces escape.yml --json"; do
+    script -qec "'$program' $command" /dev/null 2>&1 </dev/null |
+      sed 's/\x1b\[K//g; s/\xc2\xb5/u/g; s/\r//g' >out # of the progress, and a harmless letter
+    check "$command: no control characters" test -s out -a -z "$(LC_ALL=C tr -d '\n\t -~\302' <out)"
+  done
 else
   skip "progress on a terminal: no script(1)"
 fi
@@ -548,6 +574,9 @@ for signal in INT:130 TERM:143 HUP:129; do
 done
 env --default-signal=INT timeout -s INT -k 10 2 "$program" view BBQAL2 --size 8192 -o stop/v.png >out 2>err
 one_line "SIGINT amid a picture" $? 124 "stopped by SIGINT" # timeout's own status, 137 after -k
+awk 'BEGIN { print "x_um,z_um"; for (i = 0; i < 1000000; i++) printf "%d,%.4f\n", i, sin(i * i % 997) }' >long.csv
+env --default-signal=INT timeout -s INT -k 3 4 "$program" roughness long.csv --cutoff auto >out 2>err
+one_line "SIGINT amid one scan" $? 124 "stopped by SIGINT"
 stopped KILL
 check "SIGKILL status" test $status = 137
 if /usr/bin/python3 -c 'import os; os.open("stop", os.O_TMPFILE | os.O_WRONLY)' 2>/dev/null; then

@@ -125,6 +125,14 @@ done
 harmless in_grad.h5 "'in_grad.h5': the attribute units of /theta_r is 'grad': give degree or rad"
 harmless in_nm.h5 "'in_nm.h5': entry 0 of /wavelength is 0.4 nm; wavelengths are above 10 nm"
 
+# What fails to be read is not judged by what was not read, and a folder or a pipe is no table.
+mkdir folder.bsdf
+mkfifo pipe.bsdf
+ln -s /proc/self/mem failing.bsdf # whose first byte is an error, EIO
+harmless failing.bsdf "failing.bsdf'?: .*Input/output error"
+harmless folder.bsdf "cannot read 'folder.bsdf': it is not a regular file"
+harmless pipe.bsdf "cannot read 'pipe.bsdf': it is not a regular file"
+
 # ---- MERL ---------------------------------------------------------------------------------------
 
 # NaN in place of the mark of cells below the horizon; then in one above it, too.
@@ -200,6 +208,9 @@ cp s.yml a.h5
 one_line "convert" $? 1 "cannot write 'a.h5': File too large"
 check "convert: the old file" cmp s.yml a.h5
 
+"$program" audit --json good.h5 >/dev/full 2>err
+one_line "a failed audit to a full disk" $? 1 "standard output: "
+
 # ---- memory ------------------------------------------------------------------------------------
 
 # Freed memory overwritten, and handed out again at once.
@@ -217,6 +228,64 @@ works "view, perturbed" view -q --size 640 --what lobes good.h5 -o perturbed.exr
 works "predict, perturbed" predict -q BBQAL2 --measurements good.h5 --non-uniformity 0.1
 works "tabulate, perturbed" tabulate -q -f BBQAL2 -o perturbed.h5 -o perturbed.exr $small
 program=$plain
+
+# JSON for which memory runs out: the N-th allocation of jansson fails.
+cat >json.c <<'END'
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <stdlib.h>
+
+typedef void set_fn(void *(*)(size_t), void (*)(void *));
+extern void *__libc_malloc(size_t);
+static void *(*target)(size_t) = malloc;
+static __thread int failing;
+static long count, fail_at;
+
+void *malloc(size_t size) {
+  return failing ? NULL : __libc_malloc(size);
+}
+
+static void *counted(size_t size) {
+  failing = ++count == fail_at;
+  void *memory = target(size);
+  failing = 0;
+  return memory;
+}
+
+void json_set_alloc_funcs(void *(*get)(size_t), void (*release)(void *)) {
+  target = get;
+}
+
+static void __attribute__((constructor)) begin(void) {
+  fail_at = atol(getenv("FAIL_AT"));
+  ((set_fn *)dlsym(RTLD_NEXT, "json_set_alloc_funcs"))(counted, free);
+}
+END
+# json_fails N ARGUMENT...: a line, whichever allocation up to the N-th fails.
+json_fails() {
+  local most=$1 at
+  shift
+  for at in 1 $((most / 3)) $((most / 2)) "$most"; do
+    FAIL_AT=$at LD_PRELOAD=$work/json.so "$program" "$@" --json >out 2>err
+    one_line "$* --json, allocation $at" $? 1 "out of memory"
+  done
+}
+if [ -n "${ASAN_OPTIONS:-}" ]; then
+  skip "JSON in little memory: AddressSanitizer has its own malloc"
+else
+  cc -shared -fPIC -o json.so json.c -ldl
+  { cat m.csv; for r in 20 25 35 45 50; do echo 550,30,$r,180,0.1; done; } >fit.csv
+  json_fails 300 surfaces BBQAL2
+  json_fails 200 surfaces Al
+  json_fails 200 surfaces BBQAL2 --as beckmann
+  json_fails 8 devices
+  json_fails 1000 reflectance BBQAL2
+  json_fails 50 tabulate -f BBQAL2 -o limited.h5 $small
+  json_fails 300 predict BBQAL2
+  json_fails 100 roughness scan.csv
+  json_fails 500 audit good.h5 --pairs 20
+  json_fails 80 fit fit.csv --tau 5 --slope 0.1 --index index.csv
+fi
 
 # OpenEXR output from where memory does not suffice to start to where it does.
 good=0 bad=0

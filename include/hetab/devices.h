@@ -17,7 +17,7 @@ typedef struct hetab_device_info {
 } hetab_device_info;
 
 /* All OpenCL devices of all platforms, in the order in which --device counts them; free() *list.
- * None is not an error here: *count = 0. */
+ * None is not an error here: *count = 0, and the context's message says what is missing. */
 hetab_status hetab_device_list(hetab_context *ctx, hetab_device_info **list, size_t *count);
 
 /* Starts to load the OpenCL runtime on a thread of its own: it brings a compiler along, and

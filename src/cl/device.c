@@ -1,6 +1,10 @@
 #include "cl/device.h"
 
+#include <dlfcn.h>
+#include <glob.h>
+#include <limits.h>
 #include <pthread.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -63,10 +67,59 @@ int hetab_cl_device_is_cpu(cl_device_id device) {
   return (type & CL_DEVICE_TYPE_CPU) != 0;
 }
 
+/* ---- none ---------------------------------------------------------------------------------- */
+
+/* The first driver that the loader is told of, a file that names its library; or "". */
+static void installed_driver(char path[PATH_MAX]) {
+  const char *given = getenv("OCL_ICD_VENDORS"), *end = given ? strrchr(given, '.') : NULL;
+  glob_t found = {0};
+  snprintf(path, PATH_MAX, "%s%s", given ? given : "/etc/OpenCL/vendors",
+           end && strcmp(end, ".icd") == 0 ? "" : "/*.icd");
+  bool is_there = glob(path, 0, NULL, &found) == 0;
+  snprintf(path, PATH_MAX, "%s", is_there ? found.gl_pathv[0] : "");
+  globfree(&found);
+}
+
+/* What the dynamic linker says of its library; "" if it loads, or is not named. */
+static void load_failure(const char *driver, char *text, size_t size) {
+  char library[PATH_MAX];
+  FILE *file = fopen(driver, "r");
+  bool named = file && fscanf(file, " %4095[^\n]", library) == 1;
+  if (file)
+    fclose(file);
+  void *handle = dlopen(named ? library : NULL, RTLD_LAZY | RTLD_LOCAL);
+  snprintf(text, size, "%s", handle ? "" : dlerror());
+  if (handle)
+    dlclose(handle);
+}
+
+/* Says why there is no device. */
+static void explain_none(hetab_context *ctx, cl_uint platforms) {
+  static const char limits[] = "memory and open files must not be limited too much (ulimit -v, -n)";
+  char driver[PATH_MAX], failure[256];
+  installed_driver(driver);
+  load_failure(driver, failure, sizeof failure);
+  if (platforms)
+    hetab_fail(ctx, HETAB_ERR_DEVICE,
+               "no OpenCL device: a driver is there but offers none: it needs a cache folder that "
+               "can be written (PoCL's is POCL_CACHE_DIR, else ~/.cache/pocl), and %s",
+               limits);
+  else if (*driver)
+    hetab_fail(ctx, HETAB_ERR_DEVICE,
+               "no OpenCL device: the driver of '%s' is there but does not start%s%s; %s", driver,
+               *failure ? ": " : "", failure, limits);
+  else
+    hetab_fail(ctx, HETAB_ERR_DEVICE,
+               "no OpenCL device found; install a driver, for example the package "
+               "pocl-opencl-icd, which runs OpenCL on the CPU");
+}
+
+/* ---- all ----------------------------------------------------------------------------------- */
+
 static pthread_mutex_t start_up = PTHREAD_MUTEX_INITIALIZER;
 
-/* All devices of all platforms; none is not an error. One thread at a time: implementations come up
- * with the first call, and not all of them stand two at once. */
+/* All devices of all platforms; none is not an error, but explained. One thread at a time:
+ * implementations come up with the first call, and not all of them stand two at once. */
 static hetab_status all_devices(hetab_context *ctx, cl_device_id **devices, size_t *count) {
   enum { MOST = 64 };
   cl_platform_id platforms[MOST];
@@ -84,6 +137,8 @@ static hetab_status all_devices(hetab_context *ctx, cl_device_id **devices, size
         CL_SUCCESS)
       *count += found < room ? found : room;
   }
+  if (!*count)
+    explain_none(ctx, platform_count);
   pthread_mutex_unlock(&start_up);
   return HETAB_OK;
 }
@@ -196,11 +251,7 @@ hetab_status hetab_cl_select(hetab_context *ctx, const char *selector, cl_device
   size_t all = 0;
   *count = 0;
   HETAB_TRY(all_devices(ctx, devices, &all));
-  hetab_status status =
-      all ? check_words(ctx, words, *devices, all)
-          : hetab_fail(ctx, HETAB_ERR_DEVICE,
-                       "no OpenCL device found; install a driver, for example the package "
-                       "pocl-opencl-icd, which runs OpenCL on the CPU");
+  hetab_status status = all ? check_words(ctx, words, *devices, all) : HETAB_ERR_DEVICE;
   if (status != HETAB_OK) {
     free(*devices);
     *devices = NULL;

@@ -5,8 +5,6 @@
 #include <jansson.h>
 #include <hetab/hetab.h>
 
-enum { CLI_CHECK_FAILED = 3 }; /* exit status */
-
 typedef struct audit_result {
   const char *input;
   hetab_audit *audit;

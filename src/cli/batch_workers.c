@@ -4,6 +4,7 @@
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <time.h>
@@ -12,6 +13,7 @@
 #include "cli.h"
 #include "core/context.h"
 #include "core/cpus.h"
+#include "core/printable.h"
 #include "progress.h"
 #include "signals.h"
 
@@ -133,7 +135,9 @@ static void log_result(const char *name, const hetab_plan_item *item, const batc
 
 static void log_surface(const batch_job *job, size_t i) {
   const batch_slot *slot = &job->slots[i];
-  const char *name = hetab_surface_name(hetab_scene_surface(job->scene, i));
+  char name[256];
+  snprintf(name, sizeof name, "%s", hetab_surface_name(hetab_scene_surface(job->scene, i)));
+  hetab_make_printable(&(hetab_printable){0}, name, strlen(name), "");
   if (atomic_load(&slot->state) == BATCH_FAILED)
     fprintf(stderr, "hetab: %s: %s\n", name, slot->message);
   else if (!job->quiet && !cli_progress_visible())

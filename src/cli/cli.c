@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "core/printable.h"
 #include "progress.h"
 #include "signals.h"
 
@@ -18,9 +19,7 @@ static void print_line(const char *format, va_list args, const char *tail) {
   size_t head = strlen(line);
   vsnprintf(line + head, sizeof line - head - 1, format, args);
   strncat(line, tail, sizeof line - strlen(line) - 2);
-  for (char *c = line; *c; c++)
-    if ((unsigned char)*c < ' ' || *c == 0x7f)
-      *c = '?';
+  hetab_make_printable(&(hetab_printable){0}, line, strlen(line), "");
   strcat(line, "\n");
   cli_progress_end();
   fputs(line, stderr);
@@ -89,7 +88,7 @@ int cli_finish_output(int status) {
     return fail_signal();
   errno = 0;
   int failed = fflush(stdout) | ferror(stdout);
-  if (!failed || status != CLI_OK)
+  if (!failed || (status != CLI_OK && status != CLI_CHECK_FAILED))
     return status;
   if (errno == EPIPE) /* with SIGPIPE ignored: the reader went away, which needs no words */
     return CLI_FAILURE;

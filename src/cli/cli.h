@@ -21,7 +21,7 @@ HETAB_HANDLE(hetab_published)
 HETAB_HANDLE(hetab_scene)
 HETAB_HANDLE(hetab_surface)
 
-enum { CLI_OK = 0, CLI_FAILURE = 1, CLI_USAGE = 2 };
+enum { CLI_OK = 0, CLI_FAILURE = 1, CLI_USAGE = 2, CLI_CHECK_FAILED = 3 };
 
 typedef struct cli_command {
   const char *name;

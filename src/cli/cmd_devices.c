@@ -35,8 +35,7 @@ static int list_devices(hetab_context *ctx, int json) {
   HETAB_FREED hetab_device_info *devices = NULL;
   size_t count;
   CLI_CALL(ctx, hetab_device_list(ctx, &devices, &count));
-  return count == 0 ? cli_fail("no OpenCL device: install a driver, such as Debian's package "
-                               "pocl-opencl-icd for the processor itself")
+  return count == 0 ? cli_fail_context(ctx)
          : json     ? print_json(devices, count)
                     : print_table(devices, count);
 }

@@ -6,7 +6,9 @@
 #include <unistd.h>
 
 #include "cli.h"
+#include "output.h"
 #include "signals.h"
+#include "terminal.h"
 
 static const cli_command *const commands[] = {
     &cli_tabulate,  &cli_plan,    &cli_batch,    &cli_convert,     &cli_view,
@@ -66,5 +68,7 @@ int main(int argc, char **argv) {
   /* Numbers read and written have a decimal point whatever a device driver does to the locale. */
   uselocale(newlocale(LC_ALL_MASK, "C", NULL));
   cli_catch_signals();
+  cli_guard_terminal();
+  cli_json_begin();
   return cli_finish_output(run(argc, argv));
 }

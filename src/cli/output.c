@@ -1,6 +1,7 @@
 #include "output.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -44,6 +45,19 @@ void cli_text_free(cli_text *text) {
 
 /* ---- JSON ---------------------------------------------------------------------------------- */
 
+/* Lists and objects are silent about what they were too short of memory to hold. */
+static bool json_lacks;
+
+static void *json_memory(size_t size) {
+  void *memory = malloc(size);
+  json_lacks |= !memory;
+  return memory;
+}
+
+void cli_json_begin(void) {
+  json_set_alloc_funcs(json_memory, free);
+}
+
 json_t *cli_json_text(const char *text) {
   json_t *json = json_string(text);
   char *copy = json ? NULL : strdup(text);
@@ -76,12 +90,12 @@ json_t *cli_json_error(const hetab_error_stats *error) {
 }
 
 int cli_json_print(json_t *json) {
-  if (!json)
-    return cli_fail("out of memory");
-  json_dumpf(json, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(12));
-  putchar('\n');
+  bool whole = json && !json_lacks &&
+               json_dumpf(json, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(12)) == 0;
+  if (whole)
+    putchar('\n');
   json_decref(json);
-  return CLI_OK;
+  return whole || ferror(stdout) ? CLI_OK : cli_fail("out of memory for JSON");
 }
 
 const char *cli_readers(hetab_format format, int is_spectral) {

@@ -24,6 +24,8 @@ void cli_text_free(cli_text *text); /* fine after save, and on a zeroed one */
 /* Who reads such a file: what tests/test_cli_rgl.sh and tests/renderers check, and no more. */
 const char *cli_readers(hetab_format format, int is_spectral);
 
+/* Before the first JSON: where memory runs out for any of it, none is printed. */
+void cli_json_begin(void);
 /* A JSON string, whatever the bytes; control and non-UTF-8 bytes become '?'. */
 json_t *cli_json_text(const char *text);
 /* JSON has no NaN: null for what is not finite. */

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "core/clock.h"
+#include "core/printable.h"
 #include "numbers.h"
 #include "signals.h"
 
@@ -72,6 +73,7 @@ void cli_progress_count(const char *label, const char *unit, int quiet) {
   int dumb = !terminal || strcmp(terminal, "dumb") == 0;
   bar.visible = !quiet && !dumb && isatty(STDERR_FILENO);
   snprintf(bar.label, sizeof bar.label, "%s", label);
+  hetab_make_printable(&(hetab_printable){0}, bar.label, strlen(bar.label), "");
   bar.unit = unit;
   bar.start = bar.last = hetab_seconds();
   bar.done = 0.0;

@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/printable.h"
+
 hetab_status hetab_context_create(hetab_context **out) {
   *out = calloc(1, sizeof **out);
   return *out ? HETAB_OK : HETAB_ERR_MEMORY;
@@ -55,16 +57,28 @@ hetab_status hetab_fail(hetab_context *ctx, hetab_status status, const char *for
   va_start(args, format);
   vsnprintf(ctx->message, sizeof ctx->message, format, args);
   va_end(args);
-  for (char *c = ctx->message; *c; c++)
-    if ((unsigned char)*c < ' ' || *c == 0x7f)
-      *c = '?';
+  hetab_make_printable(&(hetab_printable){0}, ctx->message, strlen(ctx->message), "");
   return status;
 }
 
+bool hetab_stopping(hetab_context *ctx) {
+  double total = ctx->total > 0.0 ? ctx->total : 1.0;
+  if (ctx->progress && !ctx->stopping)
+    ctx->stopping = ctx->progress(ctx->progress_user, ctx->done, total) != 0;
+  return ctx->stopping;
+}
+
 hetab_status hetab_progress(hetab_context *ctx, double done, double total) {
-  if (ctx->progress && ctx->progress(ctx->progress_user, done, total))
-    return hetab_fail(ctx, HETAB_ERR_CANCELLED, "stopped on request");
-  return HETAB_OK;
+  ctx->done = done;
+  ctx->total = total;
+  if (!hetab_stopping(ctx))
+    return HETAB_OK;
+  ctx->stopping = false;
+  return hetab_fail(ctx, HETAB_ERR_CANCELLED, "stopped on request");
+}
+
+hetab_status hetab_go_on(hetab_context *ctx, size_t step) {
+  return hetab_stopping_at(ctx, step) ? hetab_progress(ctx, ctx->done, ctx->total) : HETAB_OK;
 }
 
 void *hetab_alloc(hetab_context *ctx, size_t count, size_t size) {

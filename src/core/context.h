@@ -11,6 +11,8 @@ struct hetab_context {
   char message[1024];
   hetab_progress_fn progress;
   void *progress_user;
+  double done, total;    /* as last told */
+  bool stopping;         /* hetab_stopping() was asked, and hetab_progress() not yet */
   bool keeps_inputs;     /* see core/input_file.h: no output may be an input */
   hetab_used_file *used; /* [used_count] */
   size_t used_count;
@@ -25,6 +27,16 @@ hetab_status hetab_fail(hetab_context *ctx, hetab_status status, const char *for
 
 /* Calls the progress callback, if any; HETAB_ERR_CANCELLED if it asks to stop. */
 hetab_status hetab_progress(hetab_context *ctx, double done, double total);
+
+/* Whether the callback asks to stop, to be asked between the parts of one long step: the step ends
+ * early, with whatever it has, and the next hetab_progress() fails. */
+bool hetab_stopping(hetab_context *ctx);
+/* The same, asked at some of a long loop's steps, which are quick. */
+static inline bool hetab_stopping_at(hetab_context *ctx, size_t step) {
+  return step % (1 << 16) == 0 && hetab_stopping(ctx);
+}
+/* HETAB_ERR_CANCELLED where it is to stop. */
+hetab_status hetab_go_on(hetab_context *ctx, size_t step);
 
 /* Zeroed memory for count elements; NULL with HETAB_ERR_MEMORY recorded on failure or overflow. */
 void *hetab_alloc(hetab_context *ctx, size_t count, size_t size);

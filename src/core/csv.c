@@ -104,6 +104,7 @@ hetab_status hetab_csv_line(hetab_csv *csv) {
   do {
     csv->line++;
     csv->content = NULL;
+    HETAB_TRY(hetab_go_on(csv->ctx, csv->line));
     HETAB_TRY(csv->stream ? stream_line(csv, &length) : text_line(csv, &length));
     if (length == SIZE_MAX) {
       csv->line -= csv->line > 1;

@@ -19,22 +19,24 @@ static const char *const astm_extensions[] = {".astm", NULL};
 static const char *const csv_extensions[] = {".csv", NULL};
 
 /* By the file's first bytes, else its name. The first bytes of a pipe would be lost to its reader:
- * it is text, as is what cannot be read, whose reader says why. */
-static bool find_format(hetab_context *ctx, const char *path, hetab_format *format) {
+ * it is text. */
+static hetab_status find_format(hetab_context *ctx, const char *path, bool *known,
+                                hetab_format *format) {
   unsigned char start[HETAB_FORMAT_START] = {0};
   struct stat about;
   if (stat(path, &about) == 0 && S_ISREG(about.st_mode))
-    hetab_input_start(ctx, path, HETAB_INPUT_TEXT, start, sizeof start);
-  return hetab_format_by_start(start, format) || hetab_format_by_ending(path, format);
+    HETAB_TRY(hetab_input_start(ctx, path, HETAB_INPUT_TEXT, start, sizeof start));
+  *known = hetab_format_by_start(start, format) || hetab_format_by_ending(path, format);
+  return HETAB_OK;
 }
 
 static bool has_line(const char *text, const char *key) {
   size_t length = strlen(key);
-  while (text) {
+  while (*text) {
     if (strncasecmp(text, key, length) == 0 && isspace((unsigned char)text[length]))
       return true;
-    text = strchr(text, '\n');
-    text += text != NULL;
+    text += strcspn(text, "\n");
+    text += *text == '\n';
   }
   return false;
 }
@@ -67,7 +69,8 @@ static hetab_status read_text(hetab_sheet *sheet) {
 
 static hetab_status read_file(hetab_sheet *sheet) {
   hetab_format format;
-  bool known = find_format(sheet->ctx, sheet->path, &format);
+  bool known;
+  HETAB_TRY(find_format(sheet->ctx, sheet->path, &known, &format));
   if (known && format == HETAB_FORMAT_H5)
     return hetab_measurements_read_h5(sheet);
   if (known && format == HETAB_FORMAT_MERL)

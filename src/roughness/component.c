@@ -162,8 +162,8 @@ hetab_status hetab_component_measure(hetab_context *ctx, const hetab_scan_list *
     HETAB_GOTO(hetab_scan_worker_take(ctx, list, i, cutoff_um, &worker));
     measure_scan(&worker, cutoff_um, i, component);
   }
+  HETAB_GOTO(hetab_progress(ctx, (double)list->count, (double)list->count));
   average_scans(list, component);
-  status = HETAB_OK;
 done:
   hetab_scan_worker_free(&worker);
   return status;

@@ -34,8 +34,9 @@ static hetab_status choose_trials(hetab_context *ctx, const hetab_scan_list *lis
 }
 
 /* Adds one scan to the trials it has statistics for. */
-static void try_scan(hetab_scan_worker *w, hetab_cutoff_scan *scan, size_t *counts) {
-  for (size_t t = 0; t < scan->count; t++) {
+static void try_scan(hetab_context *ctx, hetab_scan_worker *w, hetab_cutoff_scan *scan,
+                     size_t *counts) {
+  for (size_t t = 0; t < scan->count && !hetab_stopping(ctx); t++) {
     hetab_cutoff_trial *trial = &scan->trials[t];
     double sigma, tau;
     const double *line_um = hetab_scan_worker_filter(w, trial->cutoff_um);
@@ -71,8 +72,9 @@ static hetab_status run_trials(hetab_context *ctx, const hetab_scan_list *list,
   for (size_t i = 0; i < list->count; i += stride) {
     HETAB_GOTO(hetab_progress(ctx, (double)i, (double)list->count));
     HETAB_GOTO(hetab_scan_worker_take(ctx, list, i, longest, &worker));
-    try_scan(&worker, scan, counts);
+    try_scan(ctx, &worker, scan, counts);
   }
+  HETAB_GOTO(hetab_progress(ctx, (double)list->count, (double)list->count));
   average_trials(scan, counts);
   status = HETAB_OK;
 done:

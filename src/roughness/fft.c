@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 static void fill_tables(hetab_fft *fft) {
-  for (size_t k = 0; k < fft->size / 2; k++) {
+  for (size_t k = 0; k < fft->size / 2 && !hetab_stopping_at(fft->ctx, k + 1); k++) {
     double angle = -2 * M_PI * (double)k / (double)fft->size;
     fft->roots[k] = (hetab_complex){cos(angle), sin(angle)};
   }
@@ -19,7 +19,7 @@ static void fill_tables(hetab_fft *fft) {
 }
 
 hetab_status hetab_fft_create(hetab_context *ctx, size_t length, hetab_fft *fft) {
-  *fft = (hetab_fft){.size = 2};
+  *fft = (hetab_fft){.size = 2, .ctx = ctx};
   while (fft->size < length && fft->size <= SIZE_MAX / 4)
     fft->size *= 2;
   fft->roots = hetab_alloc(ctx, fft->size / 2, sizeof *fft->roots);
@@ -40,7 +40,8 @@ void hetab_fft_free(hetab_fft *fft) {
 
 /* Decimation in frequency. */
 void hetab_fft_forward(const hetab_fft *fft, hetab_complex *data) {
-  for (size_t half = fft->size / 2, stride = 1; half; half /= 2, stride *= 2)
+  for (size_t half = fft->size / 2, stride = 1; half && !hetab_stopping_at(fft->ctx, fft->size);
+       half /= 2, stride *= 2)
     for (size_t start = 0; start < fft->size; start += 2 * half)
       for (size_t k = 0; k < half; k++) {
         hetab_complex *a = &data[start + k], *b = a + half, w = fft->roots[k * stride];
@@ -52,7 +53,8 @@ void hetab_fft_forward(const hetab_fft *fft, hetab_complex *data) {
 
 /* Decimation in time, with the conjugate roots. */
 void hetab_fft_inverse(const hetab_fft *fft, hetab_complex *data) {
-  for (size_t half = 1, stride = fft->size / 2; half < fft->size; half *= 2, stride /= 2)
+  for (size_t half = 1, stride = fft->size / 2;
+       half < fft->size && !hetab_stopping_at(fft->ctx, fft->size); half *= 2, stride /= 2)
     for (size_t start = 0; start < fft->size; start += 2 * half)
       for (size_t k = 0; k < half; k++) {
         hetab_complex *a = &data[start + k], *b = a + half, w = fft->roots[k * stride];

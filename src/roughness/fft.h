@@ -9,6 +9,7 @@ typedef struct hetab_complex {
 } hetab_complex;
 
 typedef struct hetab_fft {
+  hetab_context *ctx; /* a long transform stops half-way where that asks to: hetab_stopping() */
   size_t size;
   hetab_complex *roots; /* [size / 2] exp(-2 pi i k / size) */
   size_t *bins;         /* [size] the frequency that spectrum[i] belongs to; its own inverse */

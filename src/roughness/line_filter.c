@@ -104,7 +104,7 @@ static double median_residual(const hetab_line_filter *filter, const double *lin
 /* Weights follow the residuals, until their median settles. */
 static void robust_line(hetab_line_filter *filter, double cutoff_um, double *line_um) {
   double before = 0;
-  for (int round = 0; round < MOST_ROUNDS; round++) {
+  for (int round = 0; round < MOST_ROUNDS && !hetab_stopping(filter->fft.ctx); round++) {
     double median = median_residual(filter, line_um);
     if (!(fabs(median - before) > SETTLED * median))
       break;

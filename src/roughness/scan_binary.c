@@ -165,6 +165,7 @@ static hetab_status read_heights(const binary *b, const layout *l, hetab_heights
   h->spacing_um = l->x_um;
   h->spacing_y_um = h->rows > 1 ? l->y_um : 0;
   for (size_t i = 0; i < h->rows * h->columns; i++) {
+    HETAB_TRY(hetab_go_on(b->ctx, i + 1));
     double value = field(b, l->start + i * bytes_of(l->type), l->type);
     bool valid = isfinite(value) && !(l->has_invalid && value == l->invalid);
     h->z_um[i] = valid ? value * l->z_um : (double)NAN;

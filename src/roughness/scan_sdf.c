@@ -68,6 +68,7 @@ static hetab_status read_heights(const sdf_scan *s, const char *cursor, hetab_he
   char word[64];
   for (size_t i = 0; i < h->rows * h->columns; i++) {
     double value;
+    HETAB_TRY(hetab_go_on(s->csv.ctx, i + 1));
     if (!hetab_next_word(&cursor, word, sizeof word) || *word == '*')
       return hetab_fail(s->csv.ctx, HETAB_ERR_PARSE,
                         "%s: %zu heights, where the header says %zu: is the file cut off?",

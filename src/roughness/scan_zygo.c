@@ -57,6 +57,7 @@ hetab_status hetab_scan_zygo(hetab_context *ctx, const char *path, const char *t
   h->spacing_um = h->spacing_y_um = 1e6 * pixel_m;
   for (size_t i = 0; i < h->rows * h->columns; i++) {
     double phase;
+    HETAB_TRY(hetab_go_on(ctx, i + 1));
     if (!hetab_next_word(&cursor, word, sizeof word) || !hetab_number_parse(word, &phase))
       return hetab_fail(ctx, HETAB_ERR_PARSE,
                         "%s: %zu phases, where its header says %zu: is it cut "

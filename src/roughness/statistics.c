@@ -222,7 +222,7 @@ bool hetab_sigma_tau(hetab_statistics *s, const double *z_um, const double *line
   if (m.points < HETAB_LEAST_POINTS || !has_roughness(&v, &m))
     return false;
   correlate(s, &v, m.mean);
-  double lag = decay_lag(s);
+  double lag = hetab_stopping(s->fft.ctx) ? 0.0 : decay_lag(s);
   *sigma_um = m.sigma;
   *tau_um = lag * s->spacing_um;
   return lag > 0;
@@ -236,7 +236,7 @@ bool hetab_statistics_of(hetab_statistics *s, const double *z_um, const double *
   if (m.points < HETAB_LEAST_POINTS || !has_roughness(&v, &m))
     return false;
   correlate(s, &v, m.mean);
-  double lag = decay_lag(s), tau = lag * s->spacing_um;
+  double lag = hetab_stopping(s->fft.ctx) ? 0.0 : decay_lag(s), tau = lag * s->spacing_um;
   if (!(lag > 0))
     return false;
   result->points = m.points;
