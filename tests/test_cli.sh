@@ -74,6 +74,11 @@ if [ -n "${ASAN_OPTIONS:-}" ]; then
 else
   (ulimit -v 150000 && "$program" tabulate BBQAL2 -o none.h5 >out 2>err)
   one_line "a driver in little memory" $? 1 "is there but does not start: .*ulimit -v"
+  for kb in 450000 600000; do # of 810,000
+    (ulimit -v $kb && XDG_CACHE_HOME=$work/none$kb POCL_CACHE_DIR=$work/cold$kb \
+      "$program" reflectance BBQAL2 --theta-i 0 >out 2>err)
+    one_line "a compiler in $kb kB" $? 1 "compiling kernels takes .*ulimit -v"
+  done
 fi
 export OCL_ICD_VENDORS=$work/no-vendors/
 works "literal needs no device" tabulate BBQAL2 $small -o hostonly.h5 --method literal

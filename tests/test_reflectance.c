@@ -304,7 +304,7 @@ static void test_convergence(void **state) {
 /* Worst and mean (geometric) of true error over estimate. */
 typedef struct honesty {
   double worst, log_sum;
-  size_t count, budget;
+  size_t count, above, budget;
 } honesty;
 
 /* Less the other rule's own rounding. */
@@ -317,10 +317,11 @@ static void honesty_add(honesty *h, const hetab_integral *value, double truth,
                         const hetab_point *p) {
   double ratio = error_over_estimate(value, truth);
   if (!(ratio <= 1))
-    fail_msg("lambda %.17g, sigma0 %.17g, tau %.17g, n %.17g, k %.17g, %.17g degrees: value %.13g, "
-             "right %.13g, estimate %.2g",
-             p->lambda_um, p->sigma0_um, p->tau_um, p->n, p->k, p->theta_i * 180 / M_PI,
-             value->value, truth, value->error);
+    print_message("  lambda %.17g, sigma0 %.17g, tau %.17g, n %.17g, k %.17g, %.17g degrees: value "
+                  "%.13g, right %.13g, estimate %.2g\n",
+                  p->lambda_um, p->sigma0_um, p->tau_um, p->n, p->k, p->theta_i * 180 / M_PI,
+                  value->value, truth, value->error);
+  h->above += !(ratio <= 1);
   h->worst = fmax(h->worst, ratio);
   h->log_sum += log(fmax(ratio, 1e-6));
   h->budget += value->stop == HETAB_STOP_BUDGET;
@@ -346,16 +347,16 @@ static hetab_point random_point(uint64_t *seed) {
  * incidence, where the horizon is one of beta: Gauss's rule on panels that shrink by a constant
  * factor towards all that may be sharp: the mirror direction, the kink, the horizon. */
 
-enum { ORDER = 16, MOST_ORDER = 24, MOST_PANELS = 80, BATCH = 1 << 16 };
-static const double SHRINK = 3;
+enum { MOST_ORDER = 20, MOST_PANELS = 80, BATCH = 1 << 16 };
 
 typedef struct gauss_rule {
   int order;
+  double shrink;                               /* of the panels */
   double node[MOST_ORDER], weight[MOST_ORDER]; /* of [0, 1] */
 } gauss_rule;
 
-static gauss_rule gauss_rule_of(int order) {
-  gauss_rule rule = {.order = order};
+static gauss_rule gauss_rule_of(int order, double shrink) {
+  gauss_rule rule = {.order = order, .shrink = shrink};
   for (int i = 0; i < order; i++) {
     double x = cos(M_PI * (i + 0.75) / (order + 0.5)), slope = 1;
     for (int newton = 0; newton < 8; newton++) {
@@ -381,11 +382,11 @@ typedef struct panel {
 } panel;
 
 /* Panels of [low, high], the smallest at its ends at most `least` wide. */
-static size_t graded(double low, double high, const double least[2], panel *out) {
+static size_t graded(double low, double high, const double least[2], double shrink, panel *out) {
   size_t count = 0;
   for (int side = 0; side < 2; side++)
     for (double far = 0.5 * (high - low), near; far > 0; far = near) {
-      near = far > least[side] ? far / SHRINK : 0;
+      near = far > least[side] ? far / shrink : 0;
       out[count++] = (panel){side ? high : low, near, far, side ? -1 : 1};
       assert_true(count < MOST_PANELS);
     }
@@ -434,7 +435,7 @@ static void add_ring(polar_sum *s, double gamma, double weight) {
   panel panels[MOST_PANELS];
   double cot = cos(gamma) * cos(s->at.theta_i), across = sin(gamma) * sin(s->at.theta_i);
   double horizon = cot >= across ? M_PI : acos(fmax(-cot / across, -1));
-  size_t count = graded(0, horizon, least, panels);
+  size_t count = graded(0, horizon, least, s->rule.shrink, panels);
   for (size_t i = 0; i < count; i++)
     for (int n = 0; n < s->rule.order; n++) {
       double width = panels[i].far - panels[i].near;
@@ -450,15 +451,15 @@ static double kink_gamma(const hetab_point *p) {
   return cos2 > 0 && cos2 < 1 ? 2 * acos(sqrt(cos2)) : 0;
 }
 
-/* rho_dd, by rules of that order a panel; the values by the series in double, which other tests
+/* rho_dd; the values by the series in double, which other tests
  * compare with the printed equations.
  */
-static double polar_rho_dd(polar_sum *s, const hetab_point *p, int order) {
+static double polar_rho_dd(polar_sum *s, const hetab_point *p, gauss_rule rule) {
   double ends[] = {
       0, p->theta_i, 2 * p->theta_i, kink_gamma(p), M_PI_2 - p->theta_i, M_PI_2 + p->theta_i};
   enum { ENDS = sizeof ends / sizeof *ends };
   static const double least[2] = {1e-6, 1e-6};
-  s->rule = gauss_rule_of(order);
+  s->rule = rule;
   s->at = *p;
   s->sum = 0;
   for (int i = 0; i < ENDS; i++) /* in order, none beyond the last */
@@ -470,7 +471,8 @@ static double polar_rho_dd(polar_sum *s, const hetab_point *p, int order) {
       }
   for (int i = 0; i + 1 < ENDS && ends[i] < M_PI_2 + p->theta_i; i++) {
     panel panels[MOST_PANELS];
-    size_t count = ends[i + 1] > ends[i] ? graded(ends[i], ends[i + 1], least, panels) : 0;
+    size_t count =
+        ends[i + 1] > ends[i] ? graded(ends[i], ends[i + 1], least, s->rule.shrink, panels) : 0;
     for (size_t k = 0; k < count; k++)
       for (int n = 0; n < s->rule.order; n++) {
         double width = panels[k].far - panels[k].near;
@@ -509,14 +511,14 @@ static const struct {
 /* What is in doubt is compared with a finer rule. */
 static void compare_rules(hetab_context *ctx, hetab_engine *const *engines, polar_sum *other,
                           const hetab_point *p, honesty *h) {
-  double truth = polar_rho_dd(other, p, ORDER), worst = 0;
+  double truth = polar_rho_dd(other, p, gauss_rule_of(16, 3)), worst = 0;
   hetab_integral dd[KINDS];
   for (int k = 0; k < KINDS; k++) {
     dd[k] = reflectance_at(ctx, engines[kinds[k].precision], p, kinds[k].tolerance).dd;
     worst = fmax(worst, error_over_estimate(&dd[k], truth));
   }
   if (worst > 0.5)
-    truth = polar_rho_dd(other, p, MOST_ORDER);
+    truth = polar_rho_dd(other, p, gauss_rule_of(MOST_ORDER, 2));
   for (int k = 0; k < KINDS; k++)
     honesty_add(&h[k], &dd[k], truth, p);
 }
@@ -544,7 +546,7 @@ static void test_honesty(void **state) {
     print_message("  %-24s error / estimate: at most %.2f, mean %.0e, %zu of %zu out of budget\n",
                   kinds[k].name, h[k].worst, exp(h[k].log_sum / (double)h[k].count), h[k].budget,
                   h[k].count);
-    assert_int_equal(h[k].budget, 0);
+    assert_int_equal(h[k].above + h[k].budget, 0);
   }
   polar_sum_clear(&other);
   hetab_engine_free(engines[HETAB_FLOAT]);

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -187,10 +188,24 @@ static hetab_status build_failure(hetab_context *ctx, cl_program program, cl_dev
   return status;
 }
 
+/* A compiler that runs out of addresses takes the program with it: PoCL's needs 380 MB. */
+static hetab_status check_room(hetab_context *ctx) {
+  const size_t room = (size_t)400 << 20;
+  void *trial = mmap(NULL, room, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (trial == MAP_FAILED)
+    return hetab_fail(ctx, HETAB_ERR_MEMORY,
+                      "compiling kernels takes %zu MiB more of addresses than there are: raise the "
+                      "limit (ulimit -v)",
+                      room >> 20);
+  munmap(trial, room);
+  return HETAB_OK;
+}
+
 static hetab_status build(hetab_context *ctx, cl_context context, cl_device_id device,
                           const char *name, const char *source, const char *options,
                           cl_program *out) {
   cl_int error = CL_SUCCESS;
+  HETAB_TRY(check_room(ctx));
   cl_program program = clCreateProgramWithSource(context, 1, &source, NULL, &error);
   HETAB_TRY(hetab_cl_check(ctx, error, "clCreateProgramWithSource", device));
   error = clBuildProgram(program, 1, &device, options, NULL, NULL);
