@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/student.h"
 #include "fit/fit_matrix.h"
 
 void hetab_fit_curvature_clear(hetab_fit_curvature *c) {
@@ -242,4 +243,14 @@ double hetab_fit_freedom_along(const hetab_fit_curvature *c, const double *direc
   }
   double few = squares > 0.0 ? 3.0 * sum * sum / squares - 2.0 : HUGE_VAL;
   return fmin(fmax(few, 1.0), hetab_fit_freedom(c));
+}
+
+double hetab_fit_quantile(const hetab_fit_curvature *c, hetab_fit_quantity quantity, size_t group) {
+  double *direction = &c->scratch[c->size]; /* of the room in its second half */
+  memset(direction, 0, c->size * sizeof *direction);
+  if (quantity == HETAB_FIT_DIFFUSE && c->column[group] < c->size)
+    direction[c->column[group]] = 1;
+  for (size_t m = 0; m < c->moving && quantity != HETAB_FIT_DIFFUSE; m++)
+    direction[m] = hetab_fit_follows(c, quantity, c->p->free[c->unknown[m]]);
+  return hetab_student_95(hetab_fit_freedom_along(c, direction));
 }

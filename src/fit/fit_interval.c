@@ -30,16 +30,6 @@ static double log_error(const hetab_fit_curvature *c, hetab_fit_quantity quantit
   return sqrt(fmax(variance, 0));
 }
 
-double hetab_fit_quantile(const hetab_fit_curvature *c, hetab_fit_quantity quantity, size_t group) {
-  double *direction = &c->scratch[c->size]; /* of the room in its second half */
-  memset(direction, 0, c->size * sizeof *direction);
-  if (quantity == HETAB_FIT_DIFFUSE && c->column[group] < c->size)
-    direction[c->column[group]] = 1;
-  for (size_t m = 0; m < c->moving && quantity != HETAB_FIT_DIFFUSE; m++)
-    direction[m] = follows_moving(c, quantity, m);
-  return hetab_student_95(hetab_fit_freedom_along(c, direction));
-}
-
 static hetab_fit_end end_of(const hetab_fit_curvature *c, hetab_fit_quantity quantity) {
   const hetab_fit_parameter *o = &c->p->options.parameters[quantity];
   if (c->p->apart && quantity == HETAB_FIT_SIGMA0)
