@@ -224,9 +224,11 @@ double hetab_fit_freedom(const hetab_fit_curvature *c) {
   return (double)c->p->data.count - (double)c->moving - 1;
 }
 
-/* Of shares s = sigma^2 chi^2 sum(s)^2 and sum(s^2) are S^2 + 2 Q and 3 Q on average, with the sums
- * S of sigma^2 and Q of sigma^4; Satterthwaite's number is S^2 / Q. */
-double hetab_fit_freedom_along(const hetab_fit_curvature *c, const double *direction) {
+/* The same of the variance along a direction[size]: where few pairs say most, their residuals are
+ * few to take a variance from. Of shares s = sigma^2 chi^2 sum(s)^2 and sum(s^2) are S^2 + 2 Q and
+ * 3 Q on average, with the sums S of sigma^2 and Q of sigma^4; Satterthwaite's number is S^2 / Q.
+ */
+static double freedom_along(const hetab_fit_curvature *c, const double *direction) {
   double sum = 0.0, squares = 0.0, *from = c->scratch;
   for (size_t a = 0; a < c->size; a++) {
     from[a] = 0.0;
@@ -252,5 +254,5 @@ double hetab_fit_quantile(const hetab_fit_curvature *c, hetab_fit_quantity quant
     direction[c->column[group]] = 1;
   for (size_t m = 0; m < c->moving && quantity != HETAB_FIT_DIFFUSE; m++)
     direction[m] = hetab_fit_follows(c, quantity, c->p->free[c->unknown[m]]);
-  return hetab_student_95(hetab_fit_freedom_along(c, direction));
+  return hetab_student_95(freedom_along(c, direction));
 }

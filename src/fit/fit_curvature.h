@@ -50,10 +50,6 @@ double hetab_fit_follows(const hetab_fit_curvature *c, hetab_fit_quantity quanti
                          hetab_fit_quantity from);
 /* Degrees of freedom: residuals of one pair are not independent. */
 double hetab_fit_freedom(const hetab_fit_curvature *c);
-/* The same of the variance along a direction[size]: where few pairs say most, their residuals are
- * few to take a variance from. */
-double hetab_fit_freedom_along(const hetab_fit_curvature *c, const double *direction);
-
 /* Half the width of a quantity's 95 % interval, in standard errors: Student's, of the pairs that
  * say something of it; of a group's diffuse part. */
 double hetab_fit_quantile(const hetab_fit_curvature *c, hetab_fit_quantity quantity, size_t group);
