@@ -73,6 +73,16 @@ static size_t octave_end(const integration *in, size_t first) {
   return end;
 }
 
+/* At the rim shadows fall within cosines of the slope: a layer that rules with few nodes in it do
+ * not see, nor that they do not. The nodes' map goes with the 4th power of their number there. */
+static size_t first_nodes(const hetab_hemisphere *at) {
+  static const double LAYER_NODES = 16.0;
+  double rim = at->in.mu * at->in.mu / (1.0 + at->in.s), nodes = FIRST_NODES;
+  if (at->reach > rim)
+    nodes = fmax(nodes, LAYER_NODES * pow(18.0 * at->tau_2sigma, 0.25));
+  return NODES_UNIT * (size_t)ceil(nodes / NODES_UNIT);
+}
+
 static job job_of(const integration *in, const hetab_hemisphere *at, size_t angle, size_t first,
                   size_t end) {
   double sigma0 = hetab_surface_sigma0_um(in->surface), tau = hetab_surface_tau_um(in->surface);
@@ -85,10 +95,10 @@ static job job_of(const integration *in, const hetab_hemisphere *at, size_t angl
     j.at.reach = fmax(j.at.reach, hetab_hemisphere_reach(at, &wave, left_out(in)));
   }
   double kink = hetab_hemisphere_kink(&hetab_surface_bands(in->surface)[first]);
-  j.nodes = FIRST_NODES;
+  j.nodes = first_nodes(&j.at);
   if (kink > 0.0) {
     hetab_hemisphere_split(&j.at, kink);
-    j.nodes = 2 * FIRST_NODES;
+    j.nodes *= 2;
   }
   j.rays = RAYS_UNIT * (size_t)ceil(at->period / (RAYS_UNIT * FIRST_STEP)) * j.at.panels;
   j.rays *= kink > 0.0 ? 2 : 1; /* crowded twice over */
