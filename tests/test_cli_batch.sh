@@ -16,6 +16,9 @@ scene five.yml 'surfaces: [BBQAL1, BBQAL2, GGAL120, GGAL240, NGGAL]' 'consumer: 
 works "plan" plan five.yml
 check "a row a surface" has 'NGGAL +table +dd delta'
 check "sums" has '5 surfaces for mitsuba-rgb: 5 tables'
+scene thin.yml 'surfaces: [{name: thin, sigma0_um: 0.02, tau_um: 500, index: Al}, BBQAL2]' 'consumer: hdf5' 'table_error: 0.02'
+works "a needle, planned for a grid" plan thin.yml
+check "no grid will hold it" grep -q "^1 of the tables cannot be that exact, thin's least of all: .bsdf" out
 works "plan in JSON" plan five.yml --json
 json "five tables within 5 MB" 'sum(s["bytes"] for s in d["surfaces"]) <= 5e6 and d["table_error"] == 0.01'
 json "saving over dense tables" 'd["dense_bytes"] == 5 * 31 * 90 * 90 * 181 * 4'
