@@ -74,7 +74,7 @@ works "for pbrt, all that it asks for" tabulate NGGAL -o wide.bsdf --for pbrt --
 check "it reads that" reads pbrt wide.bsdf
 check "nothing is beyond" has "^wide.bsdf: loads in pbrt-v4, powitacq and Mitsuba 3's spectral variants\$"
 works "for lidar" tabulate NGGAL -o lidar.bsdf --for powitacq --table-error 0.1 --wavelengths 905,1550
-check "bands beyond are told" has 'outer bands stand for all beyond'
+check "bands beyond are told" has 'outer bands stand for all beyond, the visible ones too$'
 refuses "for nothing" 2 "--for is for .bsdf outputs" tabulate NGGAL -o x.h5 --for pbrt
 refuses "for another" 2 "pbrt reads spectra" tabulate NGGAL -o x.bsdf --for pbrt --bands rgb
 
