@@ -601,6 +601,10 @@ one_line "SIGINT amid a picture" $? 124 "stopped by SIGINT" # timeout's own stat
 awk 'BEGIN { print "x_um,z_um"; for (i = 0; i < 1000000; i++) printf "%d,%.4f\n", i, sin(i * i % 997) }' >long.csv
 env --default-signal=INT timeout -s INT -k 3 4 "$program" roughness long.csv --cutoff auto >out 2>err
 one_line "SIGINT amid one scan" $? 124 "stopped by SIGINT"
+printf 'sigma0_um: 0.3\ntau_um: 4\nindex: Cu\nwavelengths_nm: 400:899.5:0.5\n' >thousand.yml
+env --default-signal=INT timeout -s INT -k 3 4 "$program" tabulate thousand.yml -o stop/thousand.bsdf \
+  --for pbrt --table-error 0.03 >out 2>err
+one_line "SIGINT amid an RGL table" $? 124 "stopped by SIGINT"
 stopped KILL
 check "SIGKILL status" test $status = 137
 if /usr/bin/python3 -c 'import os; os.open("stop", os.O_TMPFILE | os.O_WRONLY)' 2>/dev/null; then

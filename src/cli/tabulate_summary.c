@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "core/angle.h"
+#include "core/number.h"
 #include "numbers.h"
 #include "output.h"
 #include "tabulate_job.h"
@@ -200,13 +201,13 @@ static void print_specular(const tabulate_job *job, size_t i) {
            : is_atlas(job, r->format)   ? "the attributes specular_reflectance_R, _G and _B"
                                         : "the part specular_reflectance");
   else if (share > (allowed > 0 ? allowed : 0.01))
-    printf("%s: warning: the table lacks %.2g %% of the light, the specular delta (rho_s up to "
+    printf("%s: warning: the table lacks %s %% of the light, the specular delta (rho_s up to "
            "%.3g): fold it in (--specular-cone 2), let the renderer add %s, or in Mitsuba take the "
            "model itself (hetab shader)\n",
-           path, 100 * share, r->specular_max, file);
+           path, hetab_two_digits(100 * share).text, r->specular_max, file);
   else
-    printf("%s: specular reflectance, at most %.3g, %.2g %% of the light, is in %s\n", path,
-           r->specular_max, 100 * share, file);
+    printf("%s: specular reflectance, at most %.3g, %s %% of the light, is in %s\n", path,
+           r->specular_max, hetab_two_digits(100 * share).text, file);
 }
 
 /* What MERL's truncation makes of a folded delta, incidence by incidence. */
@@ -240,9 +241,9 @@ static void print_sample(const char *path, const hetab_error_stats *error) {
         "exceeded by %.3g %% of all such entries (at 95 %%); take more --samples\n",
         path, error->compared, error->samples, 100.0 * share);
   else if (error->samples)
-    printf("%s: max error is that of %zu entries compared; at most %.2g %% of all exceed it (at 95 "
+    printf("%s: max error is that of %zu entries compared; at most %s %% of all exceed it (at 95 "
            "%%)\n",
-           path, error->compared, 100.0 * share);
+           path, error->compared, hetab_two_digits(100.0 * share).text);
 }
 
 /* What a reader makes of the nodes, and the grid that a lobe needs which falls between them. */

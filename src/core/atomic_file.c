@@ -185,6 +185,9 @@ static hetab_status open_temporary(hetab_context *ctx, hetab_atomic_file *file, 
     return hetab_fail(ctx, HETAB_ERR_IO,
                       "cannot write '%s': cannot create files beside it: %m; choose another folder",
                       file->path);
+  struct stat own; /* its number may be that of an old output, which another run has replaced */
+  if (fstat(file->fd, &own) == 0)
+    hetab_forget_output(ctx, &own);
   flock(file->fd, LOCK_EX | LOCK_NB); /* see is_abandoned() */
   if (mode && fchmod(file->fd, mode))
     return hetab_atomic_fail(ctx, file, errno);

@@ -243,13 +243,15 @@ INLINE void gather_places(const hetab_lattice *lattice, const uint16_t *corner,
     low += weights * __builtin_convertvector((pair >> LOW_SHIFT) & 0xffff, floats8);
     high += weights * __builtin_convertvector((pair >> (16 - LOW_SHIFT)) & 0xffff, floats8);
   }
-  floats8 t = {fraction[0], fraction[1], fraction[2], fraction[3],
-               fraction[0], fraction[1], fraction[2], fraction[3]};
-  low += t * (high - low);
+  floats8 ends;
+  for (int j = 0; j < GROUP; j++) {
+    ends[j] = low[j] + low[j + GROUP];
+    ends[j + GROUP] = high[j] + high[j + GROUP];
+  }
+  decode(lattice, &ends);
   for (int j = 0; j < GROUP; j++)
-    low[j] += low[j + GROUP];
-  decode(lattice, &low);
-  *out = low;
+    ends[j] += fraction[j] * (ends[j + GROUP] - ends[j]);
+  *out = ends;
 }
 
 INLINE void eval_places(const hetab_lattice *lattice, const block *b, int l,

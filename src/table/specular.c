@@ -107,6 +107,9 @@ static hetab_status read_rows(hetab_csv *text, csv *file) {
   }
 }
 
+/* A delta held from there on would not be a surface's: what ends before has been cut. */
+static const double LEAST_LAST_DEG = 80;
+
 static hetab_status check_order(hetab_context *ctx, const char *path, csv *file) {
   const csv_row *rows = file->rows;
   while (file->angles < file->count && rows[file->angles].um == rows[0].um)
@@ -119,9 +122,15 @@ static hetab_status check_order(hetab_context *ctx, const char *path, csv *file)
             (angle == 0 || rows[i].theta > rows[i - 1].theta) &&
             (wave == 0 || file->waves == 3 || rows[i].um > rows[i - file->angles].um);
   }
-  return sound ? HETAB_OK
-               : hetab_fail(ctx, HETAB_ERR_PARSE,
-                            "'%s': wavelengths ascend, each with the same ascending angles", path);
+  if (!sound)
+    return hetab_fail(ctx, HETAB_ERR_PARSE,
+                      "'%s': wavelengths ascend, each with the same ascending angles", path);
+  double last = hetab_degrees(rows[file->angles - 1].theta);
+  return last >= LEAST_LAST_DEG
+             ? HETAB_OK
+             : hetab_fail(ctx, HETAB_ERR_PARSE,
+                          "'%s' ends at theta_i %g degrees: get a complete copy, to %g or more",
+                          path, last, LEAST_LAST_DEG);
 }
 
 /* Linear between the file's wavelengths, held beyond them. */
