@@ -45,6 +45,8 @@ refuses "devices with an argument" 2 "unexpected" devices x
 
 "$program" --help >/dev/full 2>err
 one_line "full standard output" $? 1 "standard output: No space left"
+"$program" shader --language glsl >/dev/full 2>err
+one_line "of more than a buffer" $? 1 "standard output: No space left"
 "$program" --help >&- 2>err
 one_line "closed standard output" $? 1 "standard output"
 
@@ -150,6 +152,19 @@ works "merl mono with a cone" tabulate BBQAL2 -o mono.binary --merl-colour mono 
 check "cone in json" json "d['outputs'][0]['specular']['in_table'] is True and \
 d['outputs'][0]['specular']['file'] == 'mono.binary' and 'clamped' in d['outputs'][0]"
 check "a folded delta has no csv" [ ! -e mono.specular.csv ]
+printf 'sigma0_um: 0.03\ntau_um: 3\nindex: Cu\nwavelengths_nm: 400:700:10\n' >smooth.yml
+works "a folded delta as it is read" tabulate smooth.yml -o sc.binary --specular-cone 2 --samples 0
+check "incidence by incidence" has 'truncating readers see it: 0\.999, .* 1\.04[0-9] of rho_s at 0, 30, .* 88 degrees'
+check "and the remedy" has 'warning: that reflects more light than falls in: take a wider --specular-cone'
+works "a wider cone" tabulate smooth.yml -o sc.binary --specular-cone 5 --samples 0 --force
+check "needs no warning" eval "has 'truncating readers see it: 1\.000, ' && ! has warning"
+works "the same as JSON" tabulate smooth.yml -o sc.binary --specular-cone 2 --samples 0 --force --json
+check "the delta as read" json "(lambda r: r['theta_i_deg'][-1] == 88 and 1.03 < r['read'][-1] / r['rho_s'][-1] < 1.06)(
+ d['outputs'][0]['delta_as_read'])"
+refuses "colour of one wavelength" 1 'not 550 nm alone; set .*--merl-colour mono --bands 550; .bsdf: --for pbrt' \
+  tabulate smooth.yml -o x.binary --wavelengths 550
+refuses "colour of invisible ones" 1 'not 905 to 1550 nm in steps of up to 645 nm; ask for' \
+  tabulate smooth.yml -o x.binary --wavelengths 905,1550
 
 mkdir linked elsewhere
 echo old >elsewhere/s.csv
@@ -524,6 +539,10 @@ refuses "audit: bad threshold" 2 "outside 0 to 10" audit BBQAL1 --max-excess -1
 refuses "audit: bands" 2 "mono takes one wavelength" audit judged/t.binary --merl-colour mono
 echo a,b >judged/data.csv
 refuses "audit: no table" 1 "'judged/data.csv' is no table" audit judged/data.csv
+: >judged/empty.bsdf
+refuses "audit: an empty file" 1 "empty.bsdf' is empty.*get a complete copy" audit judged/empty.bsdf
+head -c 3000 judged/t.h5 >judged/cut.h5
+refuses "audit: a truncated file" 1 "cut.h5' is damaged or truncated; get a complete copy" audit judged/cut.h5
 refuses "audit: RGL is not repaired" 1 "convert it to HDF5" audit judged/b.bsdf --repair judged/n.bsdf
 refuses "audit: a directory" 1 "judged" audit judged
 refuses "audit: noise" 1 "'judged/noise.h5' is not an HDF5 file" audit judged/noise.h5
@@ -582,6 +601,10 @@ one_line "SIGINT amid a picture" $? 124 "stopped by SIGINT" # timeout's own stat
 awk 'BEGIN { print "x_um,z_um"; for (i = 0; i < 1000000; i++) printf "%d,%.4f\n", i, sin(i * i % 997) }' >long.csv
 env --default-signal=INT timeout -s INT -k 3 4 "$program" roughness long.csv --cutoff auto >out 2>err
 one_line "SIGINT amid one scan" $? 124 "stopped by SIGINT"
+printf 'sigma0_um: 0.3\ntau_um: 4\nindex: Cu\nwavelengths_nm: 400:899.5:0.5\n' >thousand.yml
+env --default-signal=INT timeout -s INT -k 3 4 "$program" tabulate thousand.yml -o stop/thousand.bsdf \
+  --for pbrt --table-error 0.03 >out 2>err
+one_line "SIGINT amid an RGL table" $? 124 "stopped by SIGINT"
 stopped KILL
 check "SIGKILL status" test $status = 137
 if /usr/bin/python3 -c 'import os; os.open("stop", os.O_TMPFILE | os.O_WRONLY)' 2>/dev/null; then

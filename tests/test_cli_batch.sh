@@ -33,6 +33,10 @@ json "mirror, shared, terms" \
 assert d["surfaces"][2]["table_of"] == "one"
 assert d["surfaces"][3]["delta"] == "left out" and d["surfaces"][3]["diffuse"]
 assert d["surfaces"][3]["energy_left_out"] < 0.003'
+scene delta.yml 'surfaces: [{name: a, sigma0_um: 0.001, tau_um: 0.05, index: Au}]' \
+  'consumer: hdf5' 'energy_error: 0.00001'
+works "nearly all is the delta" plan delta.yml
+check "100 %" has 'up to 100 % of what they reflect'
 scene nothing.yml 'surfaces: []' 'consumer: merl'
 works "nothing" plan nothing.yml
 check "nothing is said" has '^0 surfaces for merl'

@@ -209,7 +209,7 @@ one_line "convert" $? 1 "cannot write 'a.h5': File too large"
 check "convert: the old file" cmp s.yml a.h5
 
 "$program" audit --json good.h5 >/dev/full 2>err
-one_line "a failed audit to a full disk" $? 1 "standard output: "
+one_line "a failed audit to a full disk" $? 1 "standard output: No space left"
 
 # ---- memory ------------------------------------------------------------------------------------
 

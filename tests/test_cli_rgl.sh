@@ -74,7 +74,7 @@ works "for pbrt, all that it asks for" tabulate NGGAL -o wide.bsdf --for pbrt --
 check "it reads that" reads pbrt wide.bsdf
 check "nothing is beyond" has "^wide.bsdf: loads in pbrt-v4, powitacq and Mitsuba 3's spectral variants\$"
 works "for lidar" tabulate NGGAL -o lidar.bsdf --for powitacq --table-error 0.1 --wavelengths 905,1550
-check "bands beyond are told" has 'outer bands stand for all beyond'
+check "bands beyond are told" has 'outer bands stand for all beyond, the visible ones too$'
 refuses "for nothing" 2 "--for is for .bsdf outputs" tabulate NGGAL -o x.h5 --for pbrt
 refuses "for another" 2 "pbrt reads spectra" tabulate NGGAL -o x.bsdf --for pbrt --bands rgb
 
@@ -87,6 +87,9 @@ index: {n: 2.9, k: 3.1}
 YAML
 works "a near mirror" tabulate steel.yml -o steel.bsdf --table-error 0.1
 check "says what it lacks" has 'warning: the table lacks [789][0-9] % of the light.*--specular-cone 2.*steel.specular.csv.*hetab shader'
+printf 'sigma0_um: 0.001\ntau_um: 0.05\nindex: Au\n' >mirror.yml
+works "a mirror" tabulate mirror.yml -o mirror.bsdf --table-error 0.1
+check "lacks all of it" has 'the table lacks 100 % of the light'
 rm steel.bsdf
 refuses "beside an old csv" 1 "steel.specular.csv" tabulate steel.yml -o steel.bsdf --specular-cone 3 --table-error 0.1
 works "folded" tabulate steel.yml -o steel.bsdf --specular-cone 3 --table-error 0.1 --force --json

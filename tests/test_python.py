@@ -259,6 +259,12 @@ class Tables(unittest.TestCase):
         table, wi, wo = hetab.open_table(path), directions(50, 1), directions(50, 2)
         own = table.eval(wi, wo, lambda_um=table.wavelengths_um[1:])[0]
         numpy.testing.assert_allclose(own, table.eval(wi, wo)[0][:, 1:], rtol=1e-5)
+        for one in (0.55, numpy.float64(0.55)):
+            numpy.testing.assert_array_equal(table.eval(wi, wo, one)[0],
+                                             table.eval(wi, wo, [0.55])[0])
+        self.assertEqual(table.albedo(wi[0], 0.55)[0].shape, (1,))
+        with self.assertRaisesRegex(ValueError, "lambda_um is empty"):
+            table.eval(wi, wo, [])
         paths = numpy.linspace(0.45, 0.65, 100).reshape(50, 2)
         self.assertEqual(table.sample(wi, 0.5, directions(50, 3)[:, :2] % 1, paths)[1].shape, (50, 2))
         albedo, specular = table.albedo(wi, paths)

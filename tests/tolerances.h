@@ -112,6 +112,7 @@
 /* measured 0.0044 (2 deg), 0.0004 (5 deg), to 70 degrees, by the truncating rule; 0.0094 (2 deg),
  * to 85, by look-ups */
 #define TOL_CONE_ENERGY 0.01
+#define TOL_CONE_TOLD 1e-3 /* both sums are sampled */
 
 /* --- Colour --- */
 /* measured 2.3e-4; Al.b and Au.r; the expected values have 4 digits, where the rest comes from is

@@ -55,4 +55,11 @@ hetab_status hetab_tabulate_merl(hetab_context *ctx, hetab_engine *engine,
                                  const hetab_surface *surface, const hetab_merl_options *options,
                                  hetab_merl **out, hetab_report *report);
 
+/* What MERL's readers, who truncate, make of the delta that such a table holds as a lobe (with
+ * specular_cone > 0): rho_s[count], and read[count] in its place, at theta_i[count], at 700 nm or
+ * the first of band_um. On the host. */
+hetab_status hetab_merl_cone_read(hetab_context *ctx, const hetab_surface *surface,
+                                  const hetab_merl_options *options, const double *theta_i,
+                                  size_t count, double *rho_s, double *read);
+
 HETAB_END

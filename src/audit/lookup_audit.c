@@ -7,6 +7,7 @@
 #include <hetab/lookup.h>
 
 #include "audit/table_audit.h"
+#include "core/number.h"
 #include "core/random.h"
 
 /* Of an incidence: directions drawn by Fibonacci lattices, most by the table's own samples, the
@@ -139,10 +140,10 @@ static void judge_symmetry(job *j, const char *name, const char *what, compariso
   double found = c->all > 0.0 ? c->difference / c->all : 0.0;
   hetab_symmetry_finish(c->symmetry, c->sums);
   hetab_audit_add(j->audit, name, found > least ? HETAB_WARN : HETAB_PASS, found, least,
-                  "%s as looked up: relative L1 %.2g %%; pairs differ by %.2g relative on average, "
+                  "%s as looked up: relative L1 %s %%; pairs differ by %.2g relative on average, "
                   "at most %.2g, at theta_i %.4g deg",
-                  what, 100.0 * found, c->symmetry->mean_rel, c->symmetry->max_rel,
-                  hetab_degrees(c->worst_theta_i));
+                  what, hetab_two_digits(100.0 * found).text, c->symmetry->mean_rel,
+                  c->symmetry->max_rel, hetab_degrees(c->worst_theta_i));
 }
 
 /* ---- energy -------------------------------------------------------------------------------- */

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "audit/views.h"
+#include "core/number.h"
 
 void hetab_audit_structure(hetab_audit *audit) {
   char dims[96] = "";
@@ -62,10 +63,10 @@ void hetab_audit_judge_against(const hetab_audit_options *o, const double *specu
                   : e->relative_l1 > o->max_error / 4      ? HETAB_WARN
                                                            : HETAB_PASS,
                   e->relative_l1, o->max_error,
-                  "relative L1 %.3g %% over %zu pairs, bias %+.3g %%, median %.2g %%, 95th "
+                  "relative L1 %.3g %% over %zu pairs, bias %+.3g %%, median %s %%, 95th "
                   "percentile %.3g %%, on the lobe L1 %.3g %%%s",
-                  100 * e->relative_l1, e->pairs, 100 * e->bias, 100 * e->p50, 100 * e->p95,
-                  100 * a->on_lobe.relative_l1,
+                  100 * e->relative_l1, e->pairs, 100 * e->bias,
+                  hetab_two_digits(100 * e->p50).text, 100 * e->p95, 100 * a->on_lobe.relative_l1,
                   folded ? "; the delta, in the table as a lobe, counts as error" : "");
   judge_specular(o, audit);
 }

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "core/angle.h"
+#include "core/number.h"
 #include "audit_command.h"
 #include "svg.h"
 
@@ -240,10 +241,10 @@ static void plot_error_map(FILE *out, const hetab_against *against) {
 
 static void error_row(FILE *out, const char *name, const hetab_table_error *e) {
   fprintf(out,
-          "<tr><td>%s</td><td>%zu</td><td>%.3g %%</td><td>%+.2g %%</td><td>%.2g %%</td><td>%.3g "
+          "<tr><td>%s</td><td>%zu</td><td>%.3g %%</td><td>%+.3g %%</td><td>%s %%</td><td>%.3g "
           "%%</td><td>%.3g %%</td><td>%.3g %%</td></tr>",
-          name, e->pairs, 100 * e->relative_l1, 100 * e->bias, 100 * e->p50, 100 * e->p95,
-          100 * e->p99, 100 * e->max);
+          name, e->pairs, 100 * e->relative_l1, 100 * e->bias, hetab_two_digits(100 * e->p50).text,
+          100 * e->p95, 100 * e->p99, 100 * e->max);
 }
 
 static void write_error(FILE *out, const hetab_against *against) {

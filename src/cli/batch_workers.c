@@ -13,6 +13,7 @@
 #include "cli.h"
 #include "core/context.h"
 #include "core/cpus.h"
+#include "core/number.h"
 #include "core/printable.h"
 #include "progress.h"
 #include "signals.h"
@@ -125,11 +126,13 @@ static void log_result(const char *name, const hetab_plan_item *item, const batc
   const hetab_batch_result *r = &slot->result;
   fprintf(stderr, "%s: %s", name, atomic_load(&slot->state) == BATCH_MADE ? "made" : "was there");
   if (item->kind == HETAB_PLAN_SHARED && !(r->table_bytes > 0.0))
-    fprintf(stderr, ", with another's table, error %.2g %%", 100.0 * r->error_l1);
+    fprintf(stderr, ", with another's table, error %s %%",
+            hetab_two_digits(100.0 * r->error_l1).text);
   if (r->table_bytes > 0.0)
-    fprintf(stderr, ", %.3f MB (%.3f expected), error %.2g %% (%.2g), %.2f s (%.2f)",
-            1e-6 * r->table_bytes, 1e-6 * (double)item->bytes, 100.0 * r->error_l1,
-            100.0 * item->error_l1, r->seconds, item->seconds);
+    fprintf(stderr, ", %.3f MB (%.3f expected), error %s %% (%s), %.2f s (%.2f)",
+            1e-6 * r->table_bytes, 1e-6 * (double)item->bytes,
+            hetab_two_digits(100.0 * r->error_l1).text,
+            hetab_two_digits(100.0 * item->error_l1).text, r->seconds, item->seconds);
   fputs(r->fits ? "\n" : ", NOT what was asked for\n", stderr);
 }
 

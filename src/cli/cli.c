@@ -4,6 +4,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "core/printable.h"
 #include "progress.h"
@@ -90,6 +91,8 @@ int cli_finish_output(int status) {
   int failed = fflush(stdout) | ferror(stdout);
   if (!failed || (status != CLI_OK && status != CLI_CHECK_FAILED))
     return status;
+  if (!errno) /* an earlier write failed, and its reason is forgotten: the descriptor tells again */
+    (void)!write(STDOUT_FILENO, "\n", 1);
   if (errno == EPIPE) /* with SIGPIPE ignored: the reader went away, which needs no words */
     return CLI_FAILURE;
   return cli_fail("standard output: %s", errno ? strerror(errno) : "write error");

@@ -23,6 +23,7 @@
 #include "core/clock.h"
 #include "core/context.h"
 #include "core/cpus.h"
+#include "core/number.h"
 #include "launcher.h"
 #include "options.h"
 #include "output.h"
@@ -173,10 +174,11 @@ static void print_sums(const batch_job *job, const batch_sums *s, double seconds
       s->made, s->kept, s->failed, 1e-6 * s->table_bytes, 1e-6 * s->expected_bytes, 1e-6 * s->bytes,
       s->seconds, s->expected_seconds, seconds);
   if (s->worst > 0.0)
-    printf("largest relative L1 error %.2g %% (%.2g %% asked for", 100.0 * s->worst,
-           100.0 * job->plan->asked_error);
+    printf("largest relative L1 error %s %% (%s %% asked for",
+           hetab_two_digits(100.0 * s->worst).text,
+           hetab_two_digits(100.0 * job->plan->asked_error).text);
   if (s->worst > 0.0 && job->plan->table_error > job->plan->asked_error)
-    printf("; the budget leaves %.2g %%", 100.0 * job->plan->table_error);
+    printf("; the budget leaves %s %%", hetab_two_digits(100.0 * job->plan->table_error).text);
   if (s->worst > 0.0)
     puts(")");
   if (s->misfits)

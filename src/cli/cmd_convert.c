@@ -2,6 +2,7 @@
 #include <stdio.h>
 
 #include "cli.h"
+#include "core/number.h"
 #include "options.h"
 #include "output.h"
 #include "progress.h"
@@ -18,11 +19,13 @@ typedef struct request {
 static void print_text(const request *r, const hetab_convert_report *report) {
   printf("%s: %s, %zu %s\n", r->out, hetab_format_name(report->to), report->channels_out,
          report->srgb_out ? "channels of linear sRGB" : "wavelengths");
-  printf("  error added by the conversion: L1 %.2g %%%s, bias %+.2g %%", 100 * report->error_l1,
+  printf("  error added by the conversion: L1 %s %%%s, bias %+.3g %%",
+         hetab_two_digits(100 * report->error_l1).text,
          report->to == HETAB_FORMAT_MERL ? " in readers that take the nearest cell" : "",
          100 * report->bias);
   if (report->to != HETAB_FORMAT_RGL)
-    printf(" (L1 %.2g %% if interpolated)", 100 * report->error_l1_interpolated);
+    printf(" (L1 %s %% if interpolated)",
+           hetab_two_digits(100 * report->error_l1_interpolated).text);
   printf("\n");
   printf("  loads in %s\n", cli_readers(report->to, !report->srgb_out));
   const size_t *nodes = report->proposed;

@@ -6,6 +6,7 @@
 
 #include "cli.h"
 #include "core/angle.h"
+#include "core/number.h"
 #include "numbers.h"
 #include "output.h"
 
@@ -32,11 +33,11 @@ static void print_item(const hetab_scene *scene, const hetab_plan *plan, size_t 
     cli_si((double)item->bytes, bytes, sizeof bytes);
     snprintf(seconds, sizeof seconds, "%.2f", item->seconds);
     if (item->error_l1 > 0.0)
-      snprintf(error, sizeof error, "%.2g %%", 100.0 * item->error_l1);
+      snprintf(error, sizeof error, "%s %%", hetab_two_digits(100.0 * item->error_l1).text);
   }
-  printf("%-*s %-7s %-12s %-15s %9s %8s %8s %9.2g %%", width,
+  printf("%-*s %-7s %-12s %-15s %9s %8s %8s %9s %%", width,
          hetab_surface_name(hetab_scene_surface(scene, i)), kinds[item->kind], terms_text(item),
-         shape, bytes, seconds, error, 100.0 * item->energy_left_out);
+         shape, bytes, seconds, error, hetab_two_digits(100.0 * item->energy_left_out).text);
   if (item->kind == HETAB_PLAN_SHARED)
     printf("  the table of %s", hetab_surface_name(hetab_scene_surface(scene, item->shares)));
   else if (item->kind == HETAB_PLAN_MIRROR)
@@ -62,8 +63,8 @@ static void print_deltas(const hetab_scene *scene, const hetab_plan *plan) {
         share = fmax(share, plan->items[i].delta_share);
       }
     if (count)
-      printf("the delta of %zu surfaces, up to %.2g %% of what they reflect at one incidence, %s\n",
-             count, 100.0 * share, how[d]);
+      printf("the delta of %zu surfaces, up to %s %% of what they reflect at one incidence, %s\n",
+             count, hetab_two_digits(100.0 * share).text, how[d]);
   }
 }
 
@@ -96,15 +97,15 @@ static void print_sums(const hetab_scene *scene, const hetab_plan *plan) {
          plan->count, hetab_consumer_name(hetab_scene_consumer(scene)), of_kind[0], of_kind[1],
          of_kind[2], of_kind[3], 1e-6 * plan->bytes, plan->seconds);
   if (plan->table_error > plan->asked_error)
-    printf("the budget of %.3g MB leaves an error of at most %.2g %% for all (above: expected); "
-           "%.2g %% "
-           "was asked for\n",
-           1e-6 * plan->memory_bytes, 100.0 * plan->table_error, 100.0 * plan->asked_error);
+    printf("the budget of %.3g MB leaves an error of at most %s %% for all (above: expected); %s "
+           "%% was asked for\n",
+           1e-6 * plan->memory_bytes, hetab_two_digits(100.0 * plan->table_error).text,
+           hetab_two_digits(100.0 * plan->asked_error).text);
   print_misses(scene, plan);
   print_deltas(scene, plan);
-  printf("instead of %.2f MB and %.1f s of 31-band dense HDF5 tables; left out: at most %.2g %% of "
+  printf("instead of %.2f MB and %.1f s of 31-band dense HDF5 tables; left out: at most %s %% of "
          "what a surface reflects\n",
-         1e-6 * plan->dense_bytes, plan->dense_seconds, 100.0 * left_out);
+         1e-6 * plan->dense_bytes, plan->dense_seconds, hetab_two_digits(100.0 * left_out).text);
 }
 
 int plan_print(const hetab_scene *scene, const hetab_plan *plan) {

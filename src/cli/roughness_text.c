@@ -1,6 +1,7 @@
 /* Roughness as text, CSV and YAML. */
 #include <math.h>
 
+#include "core/number.h"
 #include "options.h"
 #include "roughness_command.h"
 
@@ -117,9 +118,10 @@ static void print_cutoffs(const hetab_roughness *r) {
     printf("  %11.4g %11.4g %11.4g %11.4g %11.4g\n", t->cutoff_um, t->sigma_um, t->tau_um, t->slope,
            t->smooth);
   }
-  printf("  smooth: two Gaussian scales, sigma %.3g and %.3g um, tau %.3g and %.3g um, %.2g %% "
+  printf("  smooth: two Gaussian scales, sigma %.3g and %.3g um, tau %.3g and %.3g um, %s %% "
          "off;\n",
-         s->sigma_um[0], s->sigma_um[1], s->tau_um[0], s->tau_um[1], 100 * s->misfit);
+         s->sigma_um[0], s->sigma_um[1], s->tau_um[0], s->tau_um[1],
+         hetab_two_digits(100 * s->misfit).text);
   if (r->small.count)
     printf("  chosen: %.4g um, the largest %s slope\n", r->cutoff_um,
            s->from_fit ? "smooth" : "measured");

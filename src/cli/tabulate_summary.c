@@ -1,9 +1,12 @@
 /* What a finished tabulation says on standard output. */
 #include <math.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/angle.h"
+#include "core/number.h"
 #include "numbers.h"
 #include "output.h"
 #include "tabulate_job.h"
@@ -45,6 +48,27 @@ static json_t *specular_json(const tabulate_job *job, size_t i) {
                    is_folded(job, i) ? job->request->cone_deg : 0.0);
 }
 
+enum { READ_AT = 6 };
+static const double read_at_deg[READ_AT] = {0, 30, 60, 75, 85, 88};
+
+/* What a truncating reader makes of the delta in a MERL table; false: it has none. */
+static bool read_delta(const tabulate_job *job, size_t i, double *rho_s, double *read) {
+  double theta_i[READ_AT];
+  for (int t = 0; t < READ_AT; t++)
+    theta_i[t] = hetab_radians(read_at_deg[t]);
+  return job->reports[i].format == HETAB_FORMAT_MERL && is_folded(job, i) &&
+         hetab_merl_cone_read(job->ctx, job->surface, &job->merl, theta_i, READ_AT, rho_s, read) ==
+             HETAB_OK;
+}
+
+static json_t *read_json(const tabulate_job *job, size_t i) {
+  double rho_s[READ_AT], read[READ_AT];
+  if (!read_delta(job, i, rho_s, read))
+    return json_null();
+  return json_pack("{so so so}", "theta_i_deg", cli_json_numbers(read_at_deg, READ_AT, 1), "rho_s",
+                   cli_json_numbers(rho_s, READ_AT, 1), "read", cli_json_numbers(read, READ_AT, 1));
+}
+
 static int is_spectral(const tabulate_job *job) {
   return job->rgl.bands == HETAB_RGL_SPECTRAL;
 }
@@ -54,11 +78,12 @@ static const char *readers_remark(const tabulate_job *job, hetab_format format) 
   const hetab_band *bands = hetab_surface_bands(job->surface);
   size_t last = hetab_surface_band_count(job->surface) - 1;
   int is_short = bands[0].lambda_um > 0.3601 || bands[last].lambda_um < 0.8299;
+  int is_seen = bands[0].lambda_um <= 0.83 && bands[last].lambda_um >= 0.36;
   if (format != HETAB_FORMAT_RGL || (is_spectral(job) && !is_short))
     return "";
-  return is_spectral(job)
-             ? ", where outer bands stand for all beyond (--wavelengths 360:830:10 has them)"
-             : "; for pbrt-v4 take --for pbrt";
+  return !is_spectral(job) ? "; for pbrt-v4 take --for pbrt"
+         : is_seen ? ", where outer bands stand for all beyond (--wavelengths 360:830:10 has them)"
+                   : ", where outer bands stand for all beyond, the visible ones too";
 }
 
 static int is_atlas(const tabulate_job *job, hetab_format format) {
@@ -96,6 +121,8 @@ static json_t *output_json(const tabulate_job *job, size_t i) {
     json_object_set_new(json, "loads_in", json_string(readers(job, output->format)));
   if (json && output->format == HETAB_FORMAT_MERL)
     json_object_set_new(json, "clamped", json_integer((json_int_t)report->clamped));
+  if (json && output->format == HETAB_FORMAT_MERL && is_folded(job, i))
+    json_object_set_new(json, "delta_as_read", read_json(job, i));
   if (json && (output->format == HETAB_FORMAT_H5 || output->format == HETAB_FORMAT_EXR))
     json_object_set_new(json, "linear_readers",
                         json_pack("{sf sf sf sI sI}", "error_l1", output->grid.error_l1, "lobe_deg",
@@ -174,13 +201,34 @@ static void print_specular(const tabulate_job *job, size_t i) {
            : is_atlas(job, r->format)   ? "the attributes specular_reflectance_R, _G and _B"
                                         : "the part specular_reflectance");
   else if (share > (allowed > 0 ? allowed : 0.01))
-    printf("%s: warning: the table lacks %.2g %% of the light, the specular delta (rho_s up to "
+    printf("%s: warning: the table lacks %s %% of the light, the specular delta (rho_s up to "
            "%.3g): fold it in (--specular-cone 2), let the renderer add %s, or in Mitsuba take the "
            "model itself (hetab shader)\n",
-           path, 100 * share, r->specular_max, file);
+           path, hetab_two_digits(100 * share).text, r->specular_max, file);
   else
-    printf("%s: specular reflectance, at most %.3g, %.2g %% of the light, is in %s\n", path,
-           r->specular_max, 100 * share, file);
+    printf("%s: specular reflectance, at most %.3g, %s %% of the light, is in %s\n", path,
+           r->specular_max, hetab_two_digits(100 * share).text, file);
+}
+
+/* What MERL's truncation makes of a folded delta, incidence by incidence. */
+static void print_read_delta(const tabulate_job *job, size_t i) {
+  static const double few = 0.01; /* of the light */
+  const char *path = job->request->files.items[i];
+  double rho_s[READ_AT], read[READ_AT];
+  bool off = false, gains = false;
+  if (!read_delta(job, i, rho_s, read))
+    return;
+  printf("%s: the delta as truncating readers see it:", path);
+  for (int t = 0; t < READ_AT; t++) {
+    printf("%s %.3f", t ? "," : "", rho_s[t] > 0 ? read[t] / rho_s[t] : 1.0);
+    off |= fabs(read[t] - rho_s[t]) > few;
+    gains |= read[t] > 1;
+  }
+  printf(" of rho_s at 0, 30, 60, 75, 85, 88 degrees\n");
+  if (off || gains)
+    printf("%s: warning: that %s: take a wider --specular-cone, or .bsdf, which follows the lobe\n",
+           path,
+           gains ? "reflects more light than falls in" : "is off by more than 1 % of the light");
 }
 
 /* What the column "max error" is. */
@@ -193,9 +241,9 @@ static void print_sample(const char *path, const hetab_error_stats *error) {
         "exceeded by %.3g %% of all such entries (at 95 %%); take more --samples\n",
         path, error->compared, error->samples, 100.0 * share);
   else if (error->samples)
-    printf("%s: max error is that of %zu entries compared; at most %.2g %% of all exceed it (at 95 "
+    printf("%s: max error is that of %zu entries compared; at most %s %% of all exceed it (at 95 "
            "%%)\n",
-           path, error->compared, 100.0 * share);
+           path, error->compared, hetab_two_digits(100.0 * share).text);
 }
 
 /* What a reader makes of the nodes, and the grid that a lobe needs which falls between them. */
@@ -227,6 +275,7 @@ static void print_notes(const tabulate_job *job, size_t i) {
   if (r->format == HETAB_FORMAT_H5 || r->format == HETAB_FORMAT_EXR)
     print_grid(job, i);
   print_specular(job, i);
+  print_read_delta(job, i);
   if (r->saturated)
     printf("%s: %zu pixels above 65504 are stored as 65504: take --exr-type float\n", path,
            r->saturated);

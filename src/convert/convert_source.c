@@ -151,6 +151,7 @@ hetab_status hetab_convert_values(hetab_context *ctx, void *user, const hetab_di
   HETAB_NEED(in);
   for (size_t first = 0; first < count; first += BLOCK) {
     size_t block = count - first < BLOCK ? count - first : BLOCK;
+    HETAB_TRY(hetab_go_on(ctx, 0));
     for (size_t i = 0; i < block; i++)
       set_directions(&pairs[first + i], wi[i], wo[i]);
     read_block(source, block, (const float(*)[3])wi, (const float(*)[3])wo, in,

@@ -12,5 +12,8 @@ typedef void (*hetab_piece_fn)(void *user, size_t i, int worker);
 int hetab_worker_count(void);
 
 /* Every piece once, in about their order. Progress is told between the calling thread's own;
- * HETAB_ERR_CANCELLED: not all were done. ctx NULL: none is told, and all are done. */
+ * HETAB_ERR_CANCELLED: not all were done. */
 hetab_status hetab_each(hetab_context *ctx, size_t count, hetab_piece_fn piece, void *user);
+/* The same for one step of a longer job, whose progress its caller tells: only asked is whether to
+ * stop. */
+hetab_status hetab_each_within(hetab_context *ctx, size_t count, hetab_piece_fn piece, void *user);

@@ -106,6 +106,13 @@ void hetab_number_format(double value, char text[HETAB_NUMBER_TEXT]) {
   uselocale(callers);
 }
 
+hetab_digits hetab_two_digits(double value) {
+  hetab_digits digits;
+  bool whole = fabs(value) >= 99.5 && fabs(value) < 1e9;
+  snprintf(digits.text, sizeof digits.text, whole ? "%.0f" : "%.2g", value);
+  return digits;
+}
+
 static int ascending(const void *a, const void *b) {
   double x = *(const double *)a, y = *(const double *)b;
   return (x > y) - (x < y);

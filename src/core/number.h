@@ -40,5 +40,12 @@ hetab_status hetab_number_check(hetab_context *ctx, const hetab_rule *rule, doub
 enum { HETAB_NUMBER_TEXT = 32 };
 void hetab_number_format(double value, char text[HETAB_NUMBER_TEXT]);
 
+/* Two significant digits, and from 100 on the whole number, never "1e+02": .text is for the
+ * arguments of one printf. */
+typedef struct hetab_digits {
+  char text[12];
+} hetab_digits;
+hetab_digits hetab_two_digits(double value);
+
 /* The smallest first. */
 void hetab_sort(double *values, size_t count);

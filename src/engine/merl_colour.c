@@ -7,7 +7,6 @@
 #include "engine/merl_job.h"
 #include "kernels/tables.h"
 #include "model/colour.h"
-#include "model/fold.h"
 
 /* The surface's own wavelengths for colour, else the bands that the options name. */
 static hetab_status select_bands(hetab_merl_job *job) {
@@ -73,59 +72,6 @@ hetab_status hetab_merl_job_bands(hetab_merl_job *job) {
   HETAB_TRY(select_bands(job));
   HETAB_TRY(set_weights(job));
   return set_waves(job);
-}
-
-/* The rows that a cone reaches into: whole ones, for readers truncate. */
-static size_t cone_rows(double cone) {
-  hetab_merl_place end = hetab_merl_place_of((hetab_half_diff){cone, 0.0, 0.0});
-  double rows = ceil(fmin(end.h, HETAB_MERL_THETA_H) - 1e-9);
-  return rows < 1.0 ? 1 : (size_t)rows;
-}
-
-static double sin2_of_row(double row) {
-  return pow(sin(hetab_merl_angles((hetab_merl_place){row, 0.0, 0.0}).theta_h), 2.0);
-}
-
-/* sin^2(theta_h) at which a row's cells hold the lobe. The middle of theta_h would leave readers
- * who truncate 1 % too much, the mean over the cell those who interpolate as much too little:
- * halfway. */
-static double lobe_place(size_t row) {
-  double edges = 0.5 * (sin2_of_row((double)row) + sin2_of_row((double)row + 1.0));
-  return 0.5 * (edges + sin2_of_row((double)row + 0.5));
-}
-
-/* The lobe in a cell, times the samples that it is added to. phi_d and 180 - phi_d
- * are one, to the last bit. */
-static void add_lobe(hetab_merl_job *job, const hetab_fold *fold, size_t cell, double *bands) {
-  size_t p = cell % HETAB_MERL_PHI_D, mirrored = HETAB_MERL_PHI_D - 1 - p;
-  hetab_half_diff middle = hetab_merl_middle(cell - p + (p < mirrored ? p : mirrored));
-  hetab_merl_pair pair;
-  if (!job->valid[cell] || !hetab_merl_pair_of(middle, &pair))
-    return;
-  memset(bands, 0, job->band_count * sizeof *bands);
-  hetab_fold_add(fold, pair.at.theta_i, pair.at.theta_r,
-                 lobe_place(cell / (HETAB_MERL_THETA_D * HETAB_MERL_PHI_D)), bands);
-  for (size_t w = 0; w < job->band_count; w++)
-    for (size_t c = 0; c < HETAB_MERL_CHANNELS; c++)
-      job->sum[c * HETAB_MERL_CELLS + cell] += job->valid[cell] * job->weights[w][c] * bands[w];
-}
-
-hetab_status hetab_merl_job_add_cone(hetab_merl_job *job) {
-  enum { ROW = HETAB_MERL_THETA_D * HETAB_MERL_PHI_D };
-  hetab_fold *fold;
-  if (!(job->options->specular_cone > 0.0))
-    return HETAB_OK;
-  size_t rows = cone_rows(job->options->specular_cone);
-  double cone = hetab_merl_angles((hetab_merl_place){(double)rows, 0.0, 0.0}).theta_h;
-  HETAB_FREED double *bands = hetab_alloc(job->ctx, job->band_count, sizeof *bands);
-  hetab_status status =
-      bands ? hetab_fold_create(job->ctx, job->surface, job->bands, job->band_count, cone, &fold)
-            : HETAB_ERR_MEMORY;
-  for (size_t cell = 0; cell < rows * ROW && status == HETAB_OK; cell++)
-    add_lobe(job, fold, cell, bands);
-  if (status == HETAB_OK)
-    hetab_fold_free(fold);
-  return status;
 }
 
 size_t hetab_merl_job_fill(const hetab_merl_job *job, hetab_merl *merl) {

@@ -1,6 +1,8 @@
 #include "model/colour.h"
 
 #include <math.h>
+#include <stdbool.h>
+#include <stdio.h>
 
 /* x-bar, y-bar, z-bar of the CIE 1931 2-degree standard observer and the relative spectral power of
  * CIE standard illuminant D65 (ISO/CIE 11664-1 and 11664-2), 400 to 700 nm in steps of 10 nm. */
@@ -42,6 +44,23 @@ static const double observer_d65[BANDS][4] = {
 /* Of D65. */
 static const double WHITE[3] = {0.950470, 1.0, 1.088830};
 
+/* What to set wavelengths to is no remedy where none is visible. */
+static hetab_status fail_cover(hetab_context *ctx, double first_nm, double last_nm,
+                               double widest_nm) {
+  char given[96];
+  bool visible = first_nm <= FIRST_NM + STEP_NM * (BANDS - 1) && last_nm >= FIRST_NM;
+  if (widest_nm > 0.0)
+    snprintf(given, sizeof given, "%g to %g nm in steps of up to %g nm", first_nm, last_nm,
+             widest_nm);
+  else
+    snprintf(given, sizeof given, "%g nm alone", first_nm);
+  return hetab_fail(ctx, HETAB_ERR_RANGE,
+                    "colour needs wavelengths from 400 to 700 nm in steps of at most 10 nm, not "
+                    "%s; %sask for single bands (.binary: --merl-colour mono --bands %g; .bsdf: "
+                    "--for pbrt)",
+                    given, visible ? "set them to 400:700:10, or " : "", first_nm);
+}
+
 static hetab_status check_cover(hetab_context *ctx, const double *lambda_um, size_t count) {
   const double last_nm = FIRST_NM + STEP_NM * (BANDS - 1), slack_nm = 1e-6;
   double widest = 0.0;
@@ -49,11 +68,7 @@ static hetab_status check_cover(hetab_context *ctx, const double *lambda_um, siz
     widest = fmax(widest, 1e3 * (lambda_um[w] - lambda_um[w - 1]));
   if (1e3 * lambda_um[0] > FIRST_NM + slack_nm || 1e3 * lambda_um[count - 1] < last_nm - slack_nm ||
       widest > STEP_NM + slack_nm)
-    return hetab_fail(ctx, HETAB_ERR_RANGE,
-                      "colour needs wavelengths from 400 to 700 nm in steps of at most 10 nm, not "
-                      "%g to %g nm in steps of up to %g nm; set them to 400:700:10, or ask for "
-                      "single bands",
-                      1e3 * lambda_um[0], 1e3 * lambda_um[count - 1], widest);
+    return fail_cover(ctx, 1e3 * lambda_um[0], 1e3 * lambda_um[count - 1], widest);
   return HETAB_OK;
 }
 

@@ -10,6 +10,7 @@
 
 #include "core/angle.h"
 #include "core/context.h"
+#include "core/number.h"
 #include "plan/plan_make.h"
 #include "plan/probe.h"
 #include "plan/scene.h"
@@ -111,19 +112,19 @@ static hetab_status fail_budget(hetab_context *ctx, const job *job) {
         best = i;
     if ((taken[n] = best) == plan->count)
       break;
-    length += (size_t)snprintf(names + length, sizeof names - length, "%s%s (%.2g MB)",
-                               n ? ", " : "", hetab_surface_name(job->scene->surfaces[best]),
-                               1e-6 * (double)plan->items[best].bytes);
+    length += (size_t)snprintf(names + length, sizeof names - length, "%s%s (%s MB)", n ? ", " : "",
+                               hetab_surface_name(job->scene->surfaces[best]),
+                               hetab_two_digits(1e-6 * (double)plan->items[best].bytes).text);
   }
   char how[80] = "tables of this consumer have one size: they";
   if (job->scene->consumer != HETAB_CONSUMER_MERL)
     snprintf(how, sizeof how, "at an error of %g, the largest that is allowed, the tables",
              LARGEST_ERROR);
-  return hetab_fail(
-      ctx, HETAB_ERR_RANGE,
-      "memory_mb %g is too little: %s take %.2g MB together; the largest are %s; allow "
-      "more, or leave surfaces out",
-      1e-6 * plan->memory_bytes, how, 1e-6 * plan->bytes, names);
+  return hetab_fail(ctx, HETAB_ERR_RANGE,
+                    "memory_mb %g is too little: %s take %s MB together; the largest are %s; allow "
+                    "more, or leave surfaces out",
+                    1e-6 * plan->memory_bytes, how, hetab_two_digits(1e-6 * plan->bytes).text,
+                    names);
 }
 
 /* One error for all: whatever else the budget is split into, some surface's error is larger. */

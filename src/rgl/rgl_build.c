@@ -94,9 +94,9 @@ hetab_status hetab_rgl_measure(hetab_context *ctx, const hetab_rgl_source *sourc
                                const hetab_rgl *rgl, hetab_rgl_report *report) {
   hetab_rgl_trial trial;
   HETAB_TRY(hetab_rgl_trial_create(ctx, source, rgl, 2, &trial));
-  hetab_rgl_trial_run(&trial, rgl, report);
+  hetab_status status = hetab_rgl_trial_run(ctx, &trial, rgl, report);
   hetab_rgl_trial_clear(&trial);
-  return HETAB_OK;
+  return status;
 }
 
 /* ---- the candidates ------------------------------------------------------------------------ */
@@ -169,15 +169,16 @@ static int serves(const search *s, const hetab_rgl_report *report) {
 
 /* The report's errors; of a candidate that does not serve and is not the last, those up to the
  * incidence that shows it. It begins where the candidate before failed. */
-static void judge(search *s, int is_last) {
+static hetab_status judge(search *s, int is_last) {
   for (size_t n = 0; n < s->trial.incidences; n++) {
     size_t k = (s->failing + n) % s->trial.incidences;
-    hetab_rgl_trial_add(&s->trial, k, s->best, &s->report);
+    HETAB_TRY(hetab_rgl_trial_add(s->ctx, &s->trial, k, s->best, &s->report));
     if (!is_last && !serves(s, &s->report)) {
       s->failing = k;
-      return;
+      return HETAB_OK;
     }
   }
+  return HETAB_OK;
 }
 
 /* Where the candidate before failed, a few slices tell of most that they fail too. */
@@ -194,14 +195,13 @@ static hetab_status try_shape(search *s, const hetab_rgl_shape *shape, int is_la
   HETAB_TRY(hetab_rgl_new(s->ctx, s->source, shape, s->lobe, theta_i, &s->best));
   if (!is_last) {
     HETAB_TRY(hetab_rgl_fill_about(s->ctx, s->source, s->best, s->trial.theta_i[k]));
-    hetab_rgl_trial_add(&s->trial, k, s->best, &s->report);
+    HETAB_TRY(hetab_rgl_trial_add(s->ctx, &s->trial, k, s->best, &s->report));
     if (!serves(s, &s->report))
       return HETAB_OK;
   }
   HETAB_TRY(hetab_rgl_fill(s->ctx, s->source, s->best));
   HETAB_TRY(hetab_rgl_bytes(s->ctx, s->best, &s->report.bytes));
-  judge(s, is_last);
-  return HETAB_OK;
+  return judge(s, is_last);
 }
 
 /* The first candidate that serves, else the last. Candidates do not depend on the target, and those
@@ -296,7 +296,7 @@ static hetab_status probe_cells(search *s, double soft, hetab_rgl_trial *trial, 
     HETAB_GOTO(hetab_rgl_trial_at(s->ctx, s->source, probe, theta_i, SLICES - 1,
                                   s->effort.directions, &own));
   if (cells) {
-    hetab_rgl_trial_run(&own, probe, &report);
+    HETAB_GOTO(hetab_rgl_trial_run(s->ctx, &own, probe, &report));
     *cells = (double)(s->effort.cells - 1) * sqrt(report.error_l1);
   }
 done:

@@ -17,7 +17,7 @@
 #include "rgl/rgl_model.h"
 #include "rgl/rgl_table.h"
 
-enum { WORKER_PAIRS = 256 };
+enum { BLOCK = 64 }; /* pairs, of up to 4096 bands: half a second at most */
 
 struct hetab_rgl_model {
   const hetab_surface *surface;
@@ -33,17 +33,20 @@ struct hetab_rgl_model {
   hetab_rgl_source source;
 };
 
-/* A share of the pairs. */
 typedef struct worker {
   const hetab_rgl_model *m;
   const hetab_spectrum *spectrum; /* NULL: the series */
+  float *bands;                   /* [padded] */
+  double *exact;                  /* [m->bands] */
+  size_t clamped;
+} worker;
+
+typedef struct evaluation {
   const hetab_directions *pairs;
   size_t count;
   double *values; /* [count][channels] */
-  float *bands;   /* [padded] */
-  double *exact;  /* [m->bands] */
-  size_t clamped;
-} worker;
+  worker workers[HETAB_MOST_WORKERS];
+} evaluation;
 
 /* ---- a pair's bands ------------------------------------------------------------------------ */
 
@@ -96,13 +99,14 @@ static double model_specular(void *user, double theta_i) {
   return sum;
 }
 
-static void work(void *user, size_t share, int thread) {
-  worker *w = (worker *)user + share;
-  (void)thread; /* each share has its own buffers */
-  size_t channels = w->m->source.channels;
+static void work(void *user, size_t block, int thread) {
+  evaluation *e = user;
+  worker *w = &e->workers[thread];
+  size_t channels = w->m->source.channels, first = block * BLOCK;
+  size_t end = first + BLOCK < e->count ? first + BLOCK : e->count;
   hetab_direction in = hetab_direction_at(0.0, w->m->tau_2sigma);
-  for (size_t i = 0; i < w->count; i++) {
-    const hetab_directions *pair = &w->pairs[i];
+  for (size_t i = first; i < end; i++) {
+    const hetab_directions *pair = &e->pairs[i];
     if (pair->theta_i != in.theta) /* slices have one */
       in = hetab_direction_at(pair->theta_i, w->m->tau_2sigma);
     hetab_direction to = hetab_direction_at(pair->theta_r, w->m->tau_2sigma);
@@ -113,38 +117,27 @@ static void work(void *user, size_t share, int thread) {
       hetab_fold_add(w->m->fold, pair->theta_i, pair->theta_r, hetab_sin2_h(&p, one_plus_cos),
                      w->exact);
     if (w->m->weights)
-      bands_to_srgb(w, w->values + i * channels);
+      bands_to_srgb(w, e->values + i * channels);
     else
-      memcpy(w->values + i * channels, w->exact, channels * sizeof *w->exact);
+      memcpy(e->values + i * channels, w->exact, channels * sizeof *w->exact);
   }
-}
-
-static size_t worker_count(size_t pairs) {
-  size_t most = (size_t)hetab_worker_count(), useful = pairs / WORKER_PAIRS + 1;
-  return useful < most ? useful : most;
 }
 
 static hetab_status evaluate(hetab_context *ctx, hetab_rgl_model *m, const hetab_spectrum *spectrum,
                              const hetab_directions *pairs, size_t count, double *values) {
-  size_t number = worker_count(count), padded = spectrum ? hetab_spectrum_padded(spectrum) : 0;
-  worker workers[HETAB_MOST_WORKERS];
+  size_t number = (size_t)hetab_worker_count();
+  size_t padded = spectrum ? hetab_spectrum_padded(spectrum) : 0;
+  evaluation e = {.pairs = pairs, .count = count, .values = values};
   double *exact = hetab_alloc(ctx, number * m->bands, sizeof *exact);
   float *bands = hetab_alloc(ctx, number * padded + 1, sizeof *bands);
   hetab_status status = exact && bands ? HETAB_OK : HETAB_ERR_MEMORY;
-  for (size_t i = 0; i < number && status == HETAB_OK; i++) {
-    size_t first = count * i / number, end = count * (i + 1) / number;
-    workers[i] = (worker){.m = m,
-                          .spectrum = spectrum,
-                          .pairs = pairs + first,
-                          .count = end - first,
-                          .values = values + first * m->source.channels,
-                          .bands = bands + i * padded,
-                          .exact = exact + i * m->bands};
-  }
-  if (status == HETAB_OK)
-    status = hetab_each(NULL, number, work, workers); /* the search tells its progress */
   for (size_t i = 0; i < number && status == HETAB_OK; i++)
-    m->clamped += workers[i].clamped;
+    e.workers[i] = (worker){
+        .m = m, .spectrum = spectrum, .bands = bands + i * padded, .exact = exact + i * m->bands};
+  if (status == HETAB_OK)
+    status = hetab_each_within(ctx, (count + BLOCK - 1) / BLOCK, work, &e);
+  for (size_t i = 0; i < number && status == HETAB_OK; i++)
+    m->clamped += e.workers[i].clamped;
   free(exact);
   free(bands);
   return status;

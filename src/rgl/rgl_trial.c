@@ -141,25 +141,28 @@ static void add_incidence(const hetab_rgl_trial *t, const hetab_rgl *rgl, size_t
   }
 }
 
-void hetab_rgl_trial_add(const hetab_rgl_trial *trial, size_t k, const hetab_rgl *rgl,
-                         hetab_rgl_report *report) {
+hetab_status hetab_rgl_trial_add(hetab_context *ctx, const hetab_rgl_trial *trial, size_t k,
+                                 const hetab_rgl *rgl, hetab_rgl_report *report) {
   double sums[3] = {0.0};
+  HETAB_TRY(hetab_go_on(ctx, 0));
   add_incidence(trial, rgl, k, sums);
   if (!(sums[2] > 0.0))
-    return;
+    return HETAB_OK;
   if (trial->theta_i[k] > hetab_radians(last_deg)) {
     double all = sums[2] + trial->specular[k] * (double)trial->directions;
     report->error_grazing = fmax(report->error_grazing, sums[0] / all);
-    return;
+    return HETAB_OK;
   }
   report->error_l1 = fmax(report->error_l1, sums[0] / sums[2]);
   if (fabs(sums[1] / sums[2]) > fabs(report->bias))
     report->bias = sums[1] / sums[2];
+  return HETAB_OK;
 }
 
-void hetab_rgl_trial_run(const hetab_rgl_trial *trial, const hetab_rgl *rgl,
-                         hetab_rgl_report *report) {
+hetab_status hetab_rgl_trial_run(hetab_context *ctx, const hetab_rgl_trial *trial,
+                                 const hetab_rgl *rgl, hetab_rgl_report *report) {
   report->error_l1 = report->bias = report->error_grazing = 0.0;
   for (size_t k = 0; k < trial->incidences; k++)
-    hetab_rgl_trial_add(trial, k, rgl, report);
+    HETAB_TRY(hetab_rgl_trial_add(ctx, trial, k, rgl, report));
+  return HETAB_OK;
 }

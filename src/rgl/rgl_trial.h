@@ -31,10 +31,11 @@ hetab_status hetab_rgl_trial_create(hetab_context *ctx, const hetab_rgl_source *
                                     hetab_rgl_trial *trial);
 void hetab_rgl_trial_clear(hetab_rgl_trial *trial);
 
-/* Raises the report's error_l1, bias and error_grazing to those of a table at one incidence. */
-void hetab_rgl_trial_add(const hetab_rgl_trial *trial, size_t incidence, const hetab_rgl *rgl,
-                         hetab_rgl_report *report);
+/* Raises the report's error_l1, bias and error_grazing to those of a table at one incidence.
+ * HETAB_ERR_CANCELLED where it is to stop. */
+hetab_status hetab_rgl_trial_add(hetab_context *ctx, const hetab_rgl_trial *trial, size_t incidence,
+                                 const hetab_rgl *rgl, hetab_rgl_report *report);
 
 /* The errors of the worst incidence. */
-void hetab_rgl_trial_run(const hetab_rgl_trial *trial, const hetab_rgl *rgl,
-                         hetab_rgl_report *report);
+hetab_status hetab_rgl_trial_run(hetab_context *ctx, const hetab_rgl_trial *trial,
+                                 const hetab_rgl *rgl, hetab_rgl_report *report);

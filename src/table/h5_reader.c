@@ -182,7 +182,8 @@ static hetab_status open_descriptor(hetab_context *ctx, hetab_h5_table *table) {
   if (pread(table->descriptor.fd, start, sizeof start, 0) < 0)
     return hetab_fail(ctx, HETAB_ERR_IO, "cannot read '%s': %m", table->path);
   if (!hetab_format_by_start(start, &format) || format != HETAB_FORMAT_H5)
-    return hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' is not an HDF5 file", table->path);
+    return hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' is not an HDF5 file, or not a complete copy",
+                      table->path);
   return HETAB_OK;
 }
 
@@ -242,7 +243,8 @@ static hetab_status open_datasets(hetab_context *ctx, hetab_h5_table *table,
   } others[] = {{"specular_reflectance", 2}, {"uniform_diffuse", 1}, {"n", 1}, {"k", 1}};
   table->h5 = hetab_h5_file_open(&table->descriptor);
   if (table->h5 < 0)
-    return hetab_fail(ctx, HETAB_ERR_PARSE, "'%s' is damaged or truncated: HDF5: %s", table->path,
+    return hetab_fail(ctx, HETAB_ERR_PARSE,
+                      "'%s' is damaged or truncated; get a complete copy: HDF5: %s", table->path,
                       errors->text);
   HETAB_TRY(read_leading_axis(ctx, table, errors));
   for (hetab_axis axis = 0; axis < HETAB_AXIS_COUNT; axis++)

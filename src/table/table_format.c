@@ -45,6 +45,9 @@ hetab_status hetab_format_of(hetab_context *ctx, const char *path, hetab_format 
   HETAB_TRY(hetab_input_start(ctx, path, HETAB_INPUT_TABLE, start, sizeof start));
   if (hetab_format_by_start(start, out) && *out != HETAB_FORMAT_EXR)
     return HETAB_OK;
+  if (memcmp(start, (unsigned char[HETAB_FORMAT_START]){0}, sizeof start) == 0)
+    return hetab_fail(ctx, HETAB_ERR_PARSE,
+                      "'%s' is empty, or begins with zeros: get a complete copy", path);
   return hetab_fail(ctx, HETAB_ERR_PARSE,
                     "'%s' is no table: neither HDF5 (.h5), MERL (.binary) nor RGL (.bsdf)", path);
 }

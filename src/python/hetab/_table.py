@@ -12,7 +12,7 @@ from ._library import NULL, address, choice, create, ffi, lib, view
 class Table:
     """An open table. Directions are unit vectors [..., 3] away from the surface, z the normal;
     values [..., channel] are BRDFs in 1/sr without a cosine, dd + ud. With lambda_um [..., n] they
-    are [..., n]: of each path's own wavelengths. Leading shapes are broadcast; float32 arrays in C
+    are [..., n]: of each path's own wavelengths; a scalar is one. Leading shapes are broadcast; float32 arrays in C
     order are read where they lie. Any number of threads may share a table. Errors and speed:
     include/hetab/lookup.h."""
 
@@ -30,8 +30,12 @@ class Table:
         inputs, results) fills; inputs: (array, length of its last axis or None)."""
         if lambda_um is not None and self.wavelengths_um is None:
             raise ValueError("a table of linear sRGB has no wavelengths to choose from")
-        count = self.channels if lambda_um is None else numpy.shape(lambda_um)[-1]
+        count = self.channels
         if lambda_um is not None:
+            lambda_um = numpy.atleast_1d(lambda_um)
+            count = lambda_um.shape[-1]
+            if not count:
+                raise ValueError("lambda_um is empty: give a wavelength or several")
             inputs = [*inputs, (lambda_um, count)]
         arrays = [numpy.asarray(values, "f4") for values, _ in inputs]
         for array, (_, width) in zip(arrays, inputs):
