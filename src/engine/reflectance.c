@@ -83,6 +83,16 @@ static size_t first_nodes(const hetab_hemisphere *at) {
   return NODES_UNIT * (size_t)ceil(nodes / NODES_UNIT);
 }
 
+/* In the widest panel as elsewhere: where rays are crowded at its ends, they are sparse in the
+ * middle. */
+static size_t first_rays(const hetab_hemisphere *at) {
+  double middle = hetab_crowd(0.5).slope, widest = 0.0;
+  double step = at->panels > 1 ? FIRST_STEP / (middle * middle) : FIRST_STEP; /* crowded twice */
+  for (size_t i = 0; i < at->panels; i++)
+    widest = fmax(widest, at->cut[i + 1] - at->cut[i]);
+  return RAYS_UNIT * (size_t)ceil(widest / (RAYS_UNIT * step)) * at->panels;
+}
+
 static job job_of(const integration *in, const hetab_hemisphere *at, size_t angle, size_t first,
                   size_t end) {
   double sigma0 = hetab_surface_sigma0_um(in->surface), tau = hetab_surface_tau_um(in->surface);
@@ -100,8 +110,7 @@ static job job_of(const integration *in, const hetab_hemisphere *at, size_t angl
     hetab_hemisphere_split(&j.at, kink);
     j.nodes *= 2;
   }
-  j.rays = RAYS_UNIT * (size_t)ceil(at->period / (RAYS_UNIT * FIRST_STEP)) * j.at.panels;
-  j.rays *= kink > 0.0 ? 2 : 1; /* crowded twice over */
+  j.rays = first_rays(&j.at);
   return j;
 }
 
