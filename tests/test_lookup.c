@@ -909,7 +909,7 @@ static void other_files_are_refused(void **state) {
   assert_refused(ctx, "missing.h5", HETAB_ERR_IO, "cannot read");
   mkdir("folder", 0777);
   assert_refused(ctx, "folder", HETAB_ERR_IO, "cannot read");
-  assert_bytes_refused(ctx, "", 0, "neither");
+  assert_bytes_refused(ctx, "", 0, "is empty");
   assert_bytes_refused(ctx, "name: BBQAL2 and more", 20, "neither");
   static const char tensor[32] = "tensor_file\0\1\0\377\377\377\377";
   assert_bytes_refused(ctx, tensor, 12, "bad");
