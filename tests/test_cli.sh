@@ -599,10 +599,10 @@ done
 env --default-signal=INT timeout -s INT -k 10 2 "$program" view BBQAL2 --size 8192 -o stop/v.png >out 2>err
 one_line "SIGINT amid a picture" $? 124 "stopped by SIGINT" # timeout's own status, 137 after -k
 awk 'BEGIN { print "x_um,z_um"; for (i = 0; i < 1000000; i++) printf "%d,%.4f\n", i, sin(i * i % 997) }' >long.csv
-env --default-signal=INT timeout -s INT -k 3 4 "$program" roughness long.csv --cutoff auto >out 2>err
+env --default-signal=INT timeout -s INT -k 20 2 "$program" roughness long.csv --cutoff auto >out 2>err
 one_line "SIGINT amid one scan" $? 124 "stopped by SIGINT"
 printf 'sigma0_um: 0.3\ntau_um: 4\nindex: Cu\nwavelengths_nm: 400:899.5:0.5\n' >thousand.yml
-env --default-signal=INT timeout -s INT -k 3 4 "$program" tabulate thousand.yml -o stop/thousand.bsdf \
+env --default-signal=INT timeout -s INT -k 20 2 "$program" tabulate thousand.yml -o stop/thousand.bsdf \
   --for pbrt --table-error 0.03 >out 2>err
 one_line "SIGINT amid an RGL table" $? 124 "stopped by SIGINT"
 stopped KILL
