@@ -33,11 +33,12 @@
  * Limits: values below 2^-46 of the largest are 0. A lobe narrower than the file's own spacing is
  * not brought back: give HDF5 tables of such surfaces closer angles.
  *
- * Speed, one core of an AMD EPYC (Zen 5), random directions (tests/bench/lookup_speed.c, `make
- * bench`): 35 M evaluations/s with 3 channels in batches, 15 M with 31, 20 M at 4 of the 31; 5 M
- * samples/s with 3 channels, 4 M with 31. Memory: 3 MB with 3 channels, 14 MB with 31; while it is
- * opened, half of an HDF5 file's size more. Opening is shared by all cores: 0.5 s of their time for
- * an HDF5 table of 182 MB, 0.15 for MERL, 0.05 for a .bsdf of linear sRGB. */
+ * Speed, one core with AVX2, random directions (tests/bench/lookup_speed.c, `make bench`;
+ * tests/bench/lookup.csv): 40 to 58 M evaluations/s with 3 channels in batches, 10 to 14 M with 31,
+ * 13 to 19 M at 4 of the 31; 3.4 to 4.9 M samples/s with 3 channels, 2.6 to 3 M with 31. Memory: 3
+ * MB with 3 channels, 14 MB with 31; while it is opened, half of an HDF5 file's size more. Opening
+ * is shared by all cores: 1 s of their time for an HDF5 table of 182 MB, 0.3 for MERL, 0.05 for a
+ * .bsdf of linear sRGB. */
 #pragma once
 
 #include <stddef.h>

@@ -224,7 +224,9 @@ static void print_read_delta(const tabulate_job *job, size_t i) {
     off |= fabs(read[t] - rho_s[t]) > few;
     gains |= read[t] > 1;
   }
-  printf(" of rho_s at 0, 30, 60, 75, 85, 88 degrees\n");
+  for (int t = 0; t < READ_AT; t++)
+    printf("%s%g", t ? ", " : " of rho_s at ", read_at_deg[t]);
+  printf(" degrees\n");
   if (off || gains)
     printf("%s: warning: that %s: take a wider --specular-cone, or .bsdf, which follows the lobe\n",
            path,

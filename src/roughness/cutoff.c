@@ -76,7 +76,6 @@ static hetab_status run_trials(hetab_context *ctx, const hetab_scan_list *list,
   }
   HETAB_GOTO(hetab_progress(ctx, (double)list->count, (double)list->count));
   average_trials(scan, counts);
-  status = HETAB_OK;
 done:
   hetab_scan_worker_free(&worker);
   return status;

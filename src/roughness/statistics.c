@@ -123,10 +123,10 @@ static void correlate(hetab_statistics *s, const scan_view *v, double mean) {
   }
 }
 
-/* tau in lags; 0: never. */
+/* tau in lags; 0: never, or the transforms stopped half-way. */
 static double decay_lag(const hetab_statistics *s) {
   const double *c = s->correlation, level = exp(-1);
-  for (size_t k = 1; k < s->lags; k++)
+  for (size_t k = 1; k < s->lags && !hetab_stopping_at(s->fft.ctx, k - 1); k++)
     if (c[k] <= level)
       return (double)(k - 1) + (c[k - 1] - level) / (c[k - 1] - c[k]);
   return 0;
@@ -222,7 +222,7 @@ bool hetab_sigma_tau(hetab_statistics *s, const double *z_um, const double *line
   if (m.points < HETAB_LEAST_POINTS || !has_roughness(&v, &m))
     return false;
   correlate(s, &v, m.mean);
-  double lag = hetab_stopping(s->fft.ctx) ? 0.0 : decay_lag(s);
+  double lag = decay_lag(s);
   *sigma_um = m.sigma;
   *tau_um = lag * s->spacing_um;
   return lag > 0;
@@ -236,7 +236,7 @@ bool hetab_statistics_of(hetab_statistics *s, const double *z_um, const double *
   if (m.points < HETAB_LEAST_POINTS || !has_roughness(&v, &m))
     return false;
   correlate(s, &v, m.mean);
-  double lag = hetab_stopping(s->fft.ctx) ? 0.0 : decay_lag(s), tau = lag * s->spacing_um;
+  double lag = decay_lag(s), tau = lag * s->spacing_um;
   if (!(lag > 0))
     return false;
   result->points = m.points;

@@ -12,9 +12,9 @@ from ._library import NULL, address, choice, create, ffi, lib, view
 class Table:
     """An open table. Directions are unit vectors [..., 3] away from the surface, z the normal;
     values [..., channel] are BRDFs in 1/sr without a cosine, dd + ud. With lambda_um [..., n] they
-    are [..., n]: of each path's own wavelengths; a scalar is one. Leading shapes are broadcast; float32 arrays in C
-    order are read where they lie. Any number of threads may share a table. Errors and speed:
-    include/hetab/lookup.h."""
+    are [..., n]: of each path's own wavelengths; a scalar is one. Leading shapes are broadcast;
+    float32 arrays in C order are read where they lie. Any number of threads may share a table.
+    Errors and speed: include/hetab/lookup.h."""
 
     def __init__(self, path: str | os.PathLike, rule: str = "interpolate"):
         self._handle = create("lookup", lib.hetab_lookup_open, os.fsencode(path),
